@@ -123,6 +123,16 @@ std::vector<VectorXd> other_minima(std::vector<Descent> descents, const Descent&
   return result;
 }
 
+/// Starts beyond the kinks around a minimum.
+std::vector<VectorXd> starts_across_kinks(const NonlinearModel& model, const Descent& minimum) {
+  if (minimum.coefficients.size() == 0 || model.kinks().empty()) return {};
+  const NewtonPoint point = evidence_at(model, minimum.coefficients);
+  const auto freedom = static_cast<double>(model.observations() - model.coefficient_count());
+  if (!point.finite || !(freedom > 0.0)) return {};
+  const VectorXd variances = point.unscaled_covariance.diagonal() * point.sum_of_squares / freedom;
+  return points_across_kinks(model, minimum.coefficients, variances.cwiseSqrt());
+}
+
 /// The best of several descents on all data: each has some iterations, and the best continues.
 Minima minima_from(ProjectedModel& projected,
                    const std::vector<VectorXd>& starts,
@@ -144,6 +154,9 @@ Minima minima_from(ProjectedModel& projected,
   }
   if (best.iterations >= kTrial) {
     descend_from(VectorXd(best.coefficients), options.maximum_iterations - kTrial);
+  }
+  for (const VectorXd& start : starts_across_kinks(projected.model(), best)) {
+    descend_from(start, std::min(kTrial, options.maximum_iterations));
   }
   best.iterations = iterations;
   if (options.other_minima) result.others = other_minima(std::move(descents), best);
@@ -300,6 +313,9 @@ LeastSquaresFit described(const NonlinearModel& model,
                           const LeastSquaresOptions& options) {
   NewtonPoint point = refine(model, minimum.coefficients);
   if (!is_converged(point)) point = finish_the_others(model, point, options);
+  if (!is_converged(point) && !model.kinks().empty()) {
+    if (auto at_kinks = minimum_at_kinks(model, point)) point = *std::move(at_kinks);
+  }
   LeastSquaresFit fit = empty_fit(model);
   fit.estimate = point.coefficients;
   fit.fitted = point.mean;

@@ -11,6 +11,7 @@
 
 #include "least_squares/jacobian_factors.hpp"
 #include "least_squares/least_squares_curvature.hpp"
+#include "optimization/kinked_minimum.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -27,6 +28,14 @@ class Refinement {
  public:
   Refinement(const NonlinearModel& model, const VectorXd& coefficients) : model_(model) {
     point_.coefficients = coefficients;
+  }
+
+  /// The evidence at the point, without a step.
+  NewtonPoint stay() {
+    if (!linearize()) return point_;
+    newton_step();
+    finish();
+    return point_;
   }
 
   NewtonPoint run() {
@@ -138,6 +147,46 @@ class Refinement {
 
 NewtonPoint refine(const NonlinearModel& model, const VectorXd& coefficients) {
   return Refinement(model, coefficients).run();
+}
+
+NewtonPoint evidence_at(const NonlinearModel& model, const VectorXd& coefficients) {
+  return Refinement(model, coefficients).stay();
+}
+
+std::optional<NewtonPoint> minimum_at_kinks(const NonlinearModel& model, const NewtonPoint& stuck) {
+  const Index p = stuck.coefficients.size();
+  const Index freedom = model.observations() - p;
+  if (!stuck.finite || stuck.rank < p || freedom <= 0) return std::nullopt;
+  const double variance = stuck.sum_of_squares / static_cast<double>(freedom);
+  const Eigen::LLT<MatrixXd> scale(stuck.unscaled_covariance * variance);
+  if (scale.info() != Eigen::Success) return std::nullopt;
+  // Coordinates in which the standard errors are one and not correlated.
+  const MatrixXd frame = scale.matrixL();
+  NonlinearModel::Workspace workspace;
+  const auto coefficients = [&](const VectorXd& x) {
+    return VectorXd(stuck.coefficients + frame * x);
+  };
+  const SmoothFunction function = [&](const VectorXd& x, VectorXd* gradient) {
+    VectorXd mean;
+    MatrixXd jacobian;
+    model.evaluate(coefficients(x), mean, &jacobian, workspace);
+    const VectorXd residuals = model.response() - mean;
+    if (gradient != nullptr) {
+      *gradient = -frame.transpose() * (jacobian.transpose() * residuals) / variance;
+    }
+    return residuals.squaredNorm() / (2.0 * variance);
+  };
+  const HessianFunction hessian = [&](const VectorXd& x) {
+    return MatrixXd(frame.transpose() * least_squares_hessian(model, coefficients(x)) * frame /
+                    variance);
+  };
+  const auto found = minimum_at_kinks(function, VectorXd::Zero(p), hessian);
+  if (!found) return std::nullopt;
+  NewtonPoint result = evidence_at(model, coefficients(found->x));
+  result.decrement = found->decrement;
+  result.positive_curvature = true;
+  result.kinked = kinked_coefficients(frame, found->normals);
+  return result;
 }
 
 bool is_converged(const NewtonPoint& point) {

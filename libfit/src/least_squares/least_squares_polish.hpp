@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "silvafit/fit/nonlinear_model.hpp"
@@ -28,10 +29,21 @@ struct NewtonPoint {
   std::vector<Eigen::Index> confounded{};
   /// (p x p) (J'J)^-1, NaN in the rows and columns of confounded coefficients.
   Eigen::MatrixXd unscaled_covariance{};
+  /// Coefficients in which the sum of squares has a kink at the point.
+  std::vector<Eigen::Index> kinked{};
 };
 
 /// Newton steps from a point near the optimum, as long as they are improvements.
 NewtonPoint refine(const NonlinearModel& model, const Eigen::VectorXd& coefficients);
+
+/// The same without a step.
+NewtonPoint evidence_at(const NonlinearModel& model, const Eigen::VectorXd& coefficients);
+
+/// The minimum at kinks of the formula where a search for a smooth one is stuck; no value if there
+/// is none. Its covariance is (J'J)^-1 on one side of the kinks: estimates of kinked curves are
+/// asymptotically normal with it if the curve is continuous.
+/// Source: Feder 1975, Annals of Statistics 3: 49-83.
+std::optional<NewtonPoint> minimum_at_kinks(const NonlinearModel& model, const NewtonPoint& stuck);
 
 /// True at a minimum, to 1e-5 standard errors or to rounding.
 bool is_converged(const NewtonPoint& point);

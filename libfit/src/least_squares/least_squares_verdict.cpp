@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "least_squares/least_squares_verdict.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -64,6 +65,17 @@ std::vector<std::string> names_of(const NonlinearModel& model,
   return result;
 }
 
+Finding confounding(const NonlinearModel& model, const std::vector<Index>& coefficients) {
+  const bool are_steps = std::ranges::all_of(coefficients, [&](Index j) {
+    const auto k = static_cast<std::size_t>(model.design().parameter_of(j));
+    const ModelSpecification& specification = model.specification();
+    return model.has_kink_in(j) &&
+           specification.formula.right.derivative(specification.parameters[k].name).is_zero();
+  });
+  return {.kind = are_steps ? Finding::Kind::kSteps : Finding::Kind::kConfounded,
+          .names = names_of(model, coefficients)};
+}
+
 std::vector<Index> undetermined(const NonlinearModel& model,
                                 const VectorXd& coefficients,
                                 const VectorXd& standard_errors,
@@ -114,7 +126,7 @@ void conclude_confounded(const NonlinearModel& model,
     return;
   }
   result.conclude(ConvergenceStatus::kNotIdentifiable,
-                  {.kind = Finding::Kind::kConfounded, .names = names},
+                  confounding(model, point.confounded),
                   Evidence::Kind::kNotIdentifiable);
 }
 
@@ -165,6 +177,8 @@ void conclude_success(const NonlinearModel& model,
       {.kind = loose.empty() ? Finding::Kind::kMachinePrecision : Finding::Kind::kPoorlyDetermined,
        .names = names_of(model, loose)},
       Evidence::Kind::kHardlyIdentifiable);
+  result.add(Evidence::Kind::kKink, names_of(model, point.kinked));
+  result.find_kinks();
 }
 
 }  // namespace

@@ -18,6 +18,10 @@ bool is_exact(const NonlinearModel& model, double sum_of_squares);
 /// Whether the coefficients are identifiable at some point, so that a lack of it is local.
 bool is_identifiable(const NonlinearModel& model);
 
+/// What is said of coefficients that are not identifiable: the mean does not depend on them, or it
+/// changes with them by steps only.
+Finding confounding(const NonlinearModel& model, const std::vector<Eigen::Index>& coefficients);
+
 std::vector<std::string> names_of(const NonlinearModel& model,
                                   const std::vector<Eigen::Index>& coefficients);
 

@@ -43,6 +43,22 @@ std::vector<VectorXd> complete_starts(const NonlinearModel& model,
   return {start};
 }
 
+std::vector<VectorXd> points_across_kinks(const NonlinearModel& model,
+                                          const VectorXd& optimum,
+                                          const VectorXd& errors) {
+  constexpr int kQuarters = 12;
+  std::vector<VectorXd> result;
+  for (Index j = 0; j < optimum.size(); ++j) {
+    if (!model.has_kink_in(j) || !std::isfinite(errors[j])) continue;
+    for (int quarter = -kQuarters; quarter <= kQuarters; ++quarter) {
+      if (quarter == 0) continue;
+      result.push_back(optimum);
+      result.back()[j] += 0.25 * quarter * errors[j];
+    }
+  }
+  return result;
+}
+
 std::vector<Index> even_sample(const VectorXd& response, Index count) {
   std::vector<Index> chosen;
   if (response.size() <= count) {

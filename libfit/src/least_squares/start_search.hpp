@@ -47,6 +47,15 @@ Eigen::VectorXd spread_constants(const NonlinearModel& model,
 std::vector<Eigen::VectorXd> complete_starts(const NonlinearModel& model,
                                              const std::map<std::string, double>& values);
 
+/// Points around an optimum at which other optima are searched if the formula has kinks, because
+/// each observation that changes from one branch to another may separate two. For each coefficient
+/// with kinks they are up to three standard errors away, beyond which an optimum is not better, in
+/// quarters of one.
+/// \param errors  (p) standard errors; coefficients without one are left out
+std::vector<Eigen::VectorXd> points_across_kinks(const NonlinearModel& model,
+                                                 const Eigen::VectorXd& optimum,
+                                                 const Eigen::VectorXd& errors);
+
 /// At most this many observations, evenly spread over the ordered response, so that the order of
 /// the rows in the file does not matter.
 /// \param count  at least 2

@@ -175,7 +175,7 @@ Convergence why_no_step(const NonlinearModel& model, const VectorXd& start) {
       jacobian.allFinite() ? JacobianFactors(jacobian).confounded() : std::vector<Index>();
   if (!confounded.empty() && !is_identifiable(model)) {
     result.conclude(ConvergenceStatus::kNotIdentifiable,
-                    {.kind = Finding::Kind::kConfounded, .names = names_of(model, confounded)},
+                    confounding(model, confounded),
                     Evidence::Kind::kNotIdentifiable);
     return result;
   }

@@ -6,11 +6,12 @@
 #include <optional>
 #include <utility>
 
+#include "least_squares/least_squares_verdict.hpp"
 #include "likelihood/integration_method.hpp"
 #include "likelihood/other_modes.hpp"
 #include "mixed_effects/degenerate_fit.hpp"
 #include "model/symmetric_eigen.hpp"
-#include "optimization/quasi_newton.hpp"
+#include "optimization/kinked_minimum.hpp"
 #include "optimization/tolerances.hpp"
 #include "result/estimated_terms.hpp"
 #include "result/group_coefficients.hpp"
@@ -129,6 +130,11 @@ MixedEffectsFit MarginalSearch::result() {
   fit.observations = shared_ != nullptr ? shared_->observations : model_.observations();
   fill_in_fitted(model_, variance_, scale, parameters, fit);
   if (has_converged()) fit.convergence.status = ConvergenceStatus::kConverged;
+  if (best_.kinks.size() > 0) {
+    const MatrixXd& frame = coordinates_.layout().frame().beta;
+    fit.convergence.add(Evidence::Kind::kKink,
+                        names_of(model_, kinked_coefficients(frame, best_.kinks)));
+  }
   fit.convergence.newton_decrement = best_.decrement;
   fit.convergence.iterations = evaluations_;
   return fit;
@@ -307,7 +313,24 @@ MarginalSearch::Optimum MarginalSearch::searched(const VectorXd& start) {
       found = minimum_from(found.x, optimum.hessian, steps_);
     }
   }
+  if (optimum.decrement > kConvergedDecrement && !model_.fixed_kinks().empty()) {
+    settle_at_kinks(objective, optimum);
+  }
   return optimum;
+}
+
+void MarginalSearch::settle_at_kinks(const SmoothFunction& function, Optimum& optimum) const {
+  if (is_too_slow_ || !std::isfinite(optimum.value)) return;
+  const auto found = minimum_at_kinks(function, optimum.x);
+  if (!found || !(found->value <= optimum.value)) return;
+  optimum.x = found->x;
+  optimum.value = found->value;
+  optimum.gradient = found->gradient;
+  optimum.hessian = found->hessian;
+  optimum.decrement = found->decrement;
+  optimum.kinks = found->normals;
+  optimum.modes = likelihood_.modes();
+  optimum.is_blocked = false;
 }
 
 VectorXd MarginalSearch::lower_point(const Optimum& optimum,

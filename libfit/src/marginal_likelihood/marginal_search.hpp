@@ -12,6 +12,7 @@
 #include "mixed_effects/mixed_effects_evidence.hpp"
 #include "model/variance_weights.hpp"
 #include "optimization/curvature_certificate.hpp"
+#include "optimization/quasi_newton.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 
 namespace silvafit::fit {
@@ -84,6 +85,7 @@ class MarginalSearch {
     Eigen::MatrixXd hessian{};
     bool is_blocked = false;  ///< whether only very short steps were possible
     Eigen::VectorXd modes{};
+    Eigen::MatrixXd kinks{};  ///< normals of kinks at x
   };
   /// Newton decrement at which a fit has converged if rounding of gradients prevents a smaller one,
   /// as with random slopes on a covariate far from its origin.
@@ -119,6 +121,9 @@ class MarginalSearch {
   bool finds_higher_modes(const Optimum& optimum);
 
   Optimum searched(const Eigen::VectorXd& start);
+
+  /// If the search is stuck at kinks of the formula, the minimum there.
+  void settle_at_kinks(const SmoothFunction& function, Optimum& optimum) const;
 
   /// A point below a saddle point, along its direction of negative curvature; no value if there is
   /// none.

@@ -188,27 +188,27 @@ bool conclude_confounding(const NonlinearModel& model,
                           MixedEffectsFit& fit) {
   using enum Finding::Kind;
   Convergence& convergence = fit.convergence;
-  const auto conclude = [&](Finding::Kind kind, const std::vector<std::string>& names) {
-    const bool is_hardly = kind == kNearlyConfounded || kind == kDependentEstimates;
+  const auto conclude = [&](Finding reason) {
+    const bool is_hardly = reason.kind == kNearlyConfounded || reason.kind == kDependentEstimates;
     convergence.conclude(
         ConvergenceStatus::kNotIdentifiable,
-        {.kind = kind, .names = names},
+        std::move(reason),
         is_hardly ? Evidence::Kind::kHardlyIdentifiable : Evidence::Kind::kNotIdentifiable);
     return true;
   };
   if (!confounded.coefficients.empty()) {
-    return conclude(kConfounded, names_of(model, confounded.coefficients));
+    return conclude(confounding(model, confounded.coefficients));
   }
   if (!confounded.variances.names.empty()) {
-    conclude(kConfoundedVariances, confounded.variances.names);
+    conclude({.kind = kConfoundedVariances, .names = confounded.variances.names});
     if (confounded.variances.names.size() > 1) {
       convergence.find(remedy(model, confounded.variances.has_effects));
     }
     return true;
   }
   if (convergence.rank >= fit.estimate.size()) return false;
-  return conclude(confounded.nearly.size() > 1 ? kNearlyConfounded : kDependentEstimates,
-                  names_of(model, confounded.nearly));
+  return conclude({.kind = confounded.nearly.size() > 1 ? kNearlyConfounded : kDependentEstimates,
+                   .names = names_of(model, confounded.nearly)});
 }
 
 /// Records parameters that are not identifiable; false if there are none. For a fit that has not
@@ -320,6 +320,7 @@ void note_success(const NonlinearModel& model,
   } else {
     convergence.find({.kind = kPoorlyDetermined, .names = names_of(model, loose)});
   }
+  convergence.find_kinks();
   if (convergence.has_boundary()) {
     convergence.find({.kind = kSingular, .names = convergence.boundary()});
   }
@@ -374,6 +375,10 @@ void judge(const NonlinearModel& model,
   const bool is_confounded = note_confounding(
       model, slopes.frame.has_full_rank, is_restricted, obstacle, degenerate.is_exact, fit);
   if (!is_confounded) note_degeneracy(std::move(degenerate), fit);
+  if (!fit.convergence.converged() && rounds == Rounds::kAlternations &&
+      !model.specification().random.empty() && !model.fixed_kinks().empty()) {
+    fit.convergence.find({.kind = Finding::Kind::kKinkUnsettled, .names = model.fixed_kinks()});
+  }
 }
 
 }  // namespace silvafit::fit

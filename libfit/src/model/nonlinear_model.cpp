@@ -346,6 +346,21 @@ bool NonlinearModel::has_kink_in(Index coefficient) const {
   return parameter_has_kink_[static_cast<std::size_t>(design_.parameter_of(coefficient))];
 }
 
+std::vector<std::string> NonlinearModel::kinks() const {
+  std::vector<std::string> result;
+  for (Index j = 0; j < coefficient_count(); ++j) {
+    if (has_kink_in(j)) result.push_back(names_[static_cast<std::size_t>(j)]);
+  }
+  return result;
+}
+
+std::vector<std::string> NonlinearModel::fixed_kinks() const {
+  std::vector<std::string> result = kinks();
+  const std::vector<std::string> random = random_kinks();
+  std::erase_if(result, [&](const auto& name) { return std::ranges::count(random, name) > 0; });
+  return result;
+}
+
 std::vector<std::string> NonlinearModel::random_kinks() const {
   std::vector<std::string> result;
   for (const RandomEffects& term : specification_.random) {

@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "least_squares/start_search.hpp"
 #include "mixed_effects/degenerate_fit.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
 #include "optimization/tolerances.hpp"
@@ -16,6 +17,7 @@
 
 namespace silvafit::fit {
 
+using Eigen::Index;
 using Eigen::VectorXd;
 
 MarginalMaxima::MarginalMaxima(const NonlinearModel& model,
@@ -43,6 +45,7 @@ void MarginalMaxima::search(std::size_t most) {
   follow(all, most);
   compare_with_smaller();
   try_exchanged();
+  search_across_kinks();
   if (!has_converged(maxima_)) search_longer();
   finish_highest();
   prefer_exact_fit();
@@ -143,6 +146,22 @@ void MarginalMaxima::try_exchanged() {
   const MixedEffectsFit best = best_of(maxima_).fit;
   for (const MixedEffectsFit& start : exchanged_fits(model_, best)) {
     try_from(start, std::string(kExchangedOrigin));
+  }
+}
+
+/// Of the maxima on both sides of each observation's kink, the best may be another one.
+void MarginalMaxima::search_across_kinks() {
+  if (!has_converged(maxima_)) return;
+  MixedEffectsFit start = best_of(maxima_).fit;
+  VectorXd errors = start.covariance.diagonal().cwiseSqrt();
+  // The likelihood is smooth in coefficients that vary between groups.
+  for (const std::string& name : model_.random_kinks()) {
+    const Index j = model_.coefficient_index(name);
+    if (j < errors.size()) errors[j] = kNaN;
+  }
+  for (VectorXd& point : points_across_kinks(model_, start.estimate, errors)) {
+    start.estimate = std::move(point);
+    try_from(start, "beyond a kink");
   }
 }
 

@@ -40,6 +40,7 @@ class MarginalMaxima {
   void compare_with_smaller();
   void compare_with(const SmallerStructure& smaller);
   void try_exchanged();
+  void search_across_kinks();
   void search_longer();
   void finish_highest();
   void prefer_exact_fit();

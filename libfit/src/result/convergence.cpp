@@ -103,6 +103,14 @@ bool Convergence::has_doubts() const {
   });
 }
 
+void Convergence::find_kinks() {
+  Finding found{.kind = Finding::Kind::kAtKink};
+  for (const Evidence& item : evidence) {
+    if (item.kind == EvidenceKind::kKink) found.names.push_back(item.term);
+  }
+  if (!found.names.empty()) find(std::move(found));
+}
+
 void Convergence::add_boundary(Evidence item) {
   if (status == ConvergenceStatus::kConverged) status = ConvergenceStatus::kBoundary;
   evidence.push_back(std::move(item));

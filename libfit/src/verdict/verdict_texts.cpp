@@ -53,6 +53,11 @@ std::string_view text_of(Finding::Kind kind) {
        "Not converged: {names} [is not identifiable: the mean does not depend on it. Remove "
        "it.|are not identifiable: their effects on the mean are linearly dependent. Remove one of "
        "them.]"},
+      {kSteps,
+       "Not converged: the mean changes with {names} by steps only, where an observation changes "
+       "from one branch of the formula to another, so that a range of values has one likelihood. "
+       "Fix [it|them] at one of them: fits with other values can be compared by their "
+       "log-likelihoods."},
       {kNearlyConfounded,
        "Not converged: {names} are hardly identifiable: their effects on the mean are nearly "
        "linearly dependent. Remove one of them."},
@@ -189,6 +194,9 @@ std::string_view text_of(Finding::Kind kind) {
       {kEvaluationLimit, "The evaluation limit is reached."},
       {kJumps, "The likelihood has a jump, because the conditional mode of a group changes."},
       {kTryKinks, "Try the method agq, since the formula has a kink in {names}."},
+      {kKinkUnsettled,
+       "The formula has a kink in {names}, where the steps of this method may not settle: use "
+       "`method=focei`."},
       {kTrySimpler, "Try the method focei or laplace, or {simpler}."},
       {kTrySimplerOnly, "Try {simpler}."},
       {kTryOtherMethod, "Try {simpler}; another method has the same likelihood."},
@@ -210,6 +218,10 @@ std::string_view text_of(Finding::Kind kind) {
        "`agq_points=15`, or {simpler}."},
       {kUseFocei, "Use `method=focei`, or {simpler}."},
       {kSingular, "Boundary (singular) fit: {each}. A simpler structure fits equally well."},
+      {kAtKink,
+       "The optimum is at a kink of the formula in {names}, where an observation changes from one "
+       "branch to another: standard errors are those of one side, so compare them with "
+       "profile intervals."},
       {kPowerOfFew,
        "The power of the variance matters for {x:.0f} observation[|s] only: with an exponent of "
        "{y:.3g} the variance of all others is constant."},

@@ -70,12 +70,13 @@ struct Evidence {
     kPowerOfFew,          ///< "power_of_few": the observations for which a power is relevant
     kTakenAsParameter,    ///< "taken_as_parameter": a name that may be a misspelt column
     kResponseValues,      ///< "response_values": a response with the values of another distribution
+    kKink,                ///< "kink": a coefficient at a kink of the likelihood
   };
   Kind kind = Kind::kBoundary;
   std::string term{};  ///< "sd(a)", "cor(a, b)", "laplace"
   double value = std::numeric_limits<double>::quiet_NaN();
 };
-constexpr std::array<std::string_view, 16> words_of(Evidence::Kind /*kind*/) {
+constexpr std::array<std::string_view, 17> words_of(Evidence::Kind /*kind*/) {
   return {"boundary",
           "lower_bound",
           "upper_bound",
@@ -91,7 +92,8 @@ constexpr std::array<std::string_view, 16> words_of(Evidence::Kind /*kind*/) {
           "floored_values",
           "power_of_few",
           "taken_as_parameter",
-          "response_values"};
+          "response_values",
+          "kink"};
 }
 /// "sd(b) = 0"; "a = 60, its upper bound"; only the term if there is no value.
 std::string text_of(const Evidence& evidence);
@@ -127,6 +129,8 @@ struct Convergence {
   void add(Evidence::Kind kind, const std::vector<std::string>& terms);
   /// Whether the message begins with a doubt about names or the response.
   bool has_doubts() const;
+  /// Finds that the optimum is at a kink if the evidence has coefficients at one.
+  void find_kinks();
   /// Records a parameter at a bound; a converged fit is then a boundary fit.
   void add_boundary(Evidence evidence);
 };

@@ -27,7 +27,7 @@ struct Finding {
     kSettledEvaluations,
     // Why a fit has not converged.
     kTooFewObservations, kNoStart, kUndefinedDerivatives, kPerfectOnlyAtLimit, kSquaresKeepFalling,
-    kLikelihoodKeepsRising, kLimitOfCurve, kUnboundedPower, kConfounded, kNearlyConfounded,
+    kLikelihoodKeepsRising, kLimitOfCurve, kUnboundedPower, kConfounded, kSteps, kNearlyConfounded,
     kDependentEstimates, kConfoundedVariances, kNoMinimum, kStillChanging, kStillChangingBy,
     kNoMaximumFound, kMaximumAway, kNoClearMode, kDivergedAway, kPerfectByFixedEffects,
     kNoFirstStep, kSingleExact, kPerfectCurve, kBeyondMeasure, kSaturated, kImpossibleError,
@@ -40,9 +40,9 @@ struct Finding {
     // After the result.
     kMovingMost, kFirstAfter = kMovingMost, kLinearModelInvalid, kEffectsDiverge, kStepsDoNotSettle,
     kPassLimit, kSquaresDiverge, kIterationLimit, kRangeUnbounded, kEvaluationLimit, kJumps,
-    kTryKinks, kTrySimpler, kTrySimplerOnly, kTryOtherMethod, kTryLeastSquares, kSingleObservations,
+    kTryKinks, kKinkUnsettled, kTrySimpler, kTrySimplerOnly, kTryOtherMethod, kTryLeastSquares, kSingleObservations,
     kSingleObservationsOf, kEqualGroupings, kRemoveOneEffect, kRemoveOne, kUseAgq, kUseFocei,
-    kSingular, kPowerOfFew, kFloored, kFlooredPower, kExpectedErrors, kLinearizationDoubtful,
+    kSingular, kAtKink, kPowerOfFew, kFloored, kFlooredPower, kExpectedErrors, kLinearizationDoubtful,
     kHigherOptimum, kLowerFromStart, kCloseOptimum, kAtBounds, kEndsAtBounds, kSampleStart,
     kParametersTaken,
   };

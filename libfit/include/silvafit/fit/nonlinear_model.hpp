@@ -155,7 +155,10 @@ class NonlinearModel {
   /// Whether abs, min, a comparison or the like depends on the parameter of a coefficient, so that
   /// the mean may not be smooth in it.
   bool has_kink_in(Eigen::Index coefficient) const;
-  /// Names of the coefficients with random effects for which this holds.
+  /// Names of the coefficients for which this holds.
+  std::vector<std::string> kinks() const;
+  /// Those of them without and with random effects.
+  std::vector<std::string> fixed_kinks() const;
   std::vector<std::string> random_kinks() const;
 
   /// The same model on some of the observations.
