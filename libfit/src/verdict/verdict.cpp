@@ -15,7 +15,8 @@ namespace silvafit::fit {
 namespace {
 
 constexpr std::string_view kUnbounded =
-    "{names} [goes|go] to a limit of the curve (infinity, zero or a step): the data do not cover the "
+    "{names} [goes|go] to a limit of the curve (infinity, zero or a step): the data do not cover "
+    "the "
     "part of the curve that [it describes|they describe]. Use a model with fewer coefficients.";
 
 /// "a, b and c".

@@ -31,7 +31,8 @@ TEST_CASE("sentences have a place, and the last result counts") {
   CHECK(verdict_of({{.kind = Kind::kPoorlyDetermined, .names = {"a"}},
                     {.kind = Kind::kLimitOfCurve, .names = {"a", "b", "c"}}}) ==
         "Not converged: the log-likelihood has no maximum; it is as high as here, or higher, while "
-        "a, b and c go to a limit of the curve (infinity, zero or a step): the data do not cover the part of the curve that they "
+        "a, b and c go to a limit of the curve (infinity, zero or a step): the data do not cover "
+        "the part of the curve that they "
         "describe. Use a model with fewer coefficients.");
 }
 
