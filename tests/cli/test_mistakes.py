@@ -378,6 +378,15 @@ class IdleOptions(ProgramTest):
                     self.assertIn(f"{option[0]}: has no effect without ", error)
                     self.assertIn("in the table of --plots", error)
 
+    def test_dead_trees_need_a_status_and_subplots_a_design(self):
+        self.write("trees.csv", stand_csv())
+        for command in (("stand",), ("study", "--out", "s"), ("indices",)):
+            for value in ("neighbors", "include"):
+                error = self.run_program(command[0], "trees.csv", *command[1:], "--dead", value, status=2).stderr
+                self.assertIn("--dead: no column of the status was found; name it with --columns status=COLUMN", error)
+            error = self.run_program(command[0], "trees.csv", *command[1:], "--subplot", "plot", status=2).stderr
+            self.assertIn("--subplot: has no effect without --circles", error)
+
     def test_options_of_fits_and_roles_that_would_do_nothing_are_refused(self):
         self.write("trees.csv", stand_csv())
         fit = ("fit", "trees.csv", "--model", "M4")

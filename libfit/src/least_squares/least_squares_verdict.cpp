@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "least_squares/least_squares_verdict.hpp"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -17,7 +18,9 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 /// The change of the mean, as a length over all observations in units of each, when a coefficient
-/// becomes zero; infinite if the mean is not defined then.
+/// becomes zero and those adapt in which the mean is linear together with it; infinite if it is not
+/// defined there. A small coefficient of a linear model is not felt; the rate k of
+/// a*(1 - exp(-k*x)) is, however small, since no a gives the curve without it.
 double change_without(const NonlinearModel& model,
                       const VectorXd& coefficients,
                       Index coefficient,
@@ -25,12 +28,24 @@ double change_without(const NonlinearModel& model,
   NonlinearModel::Workspace workspace;
   VectorXd mean;
   VectorXd mean_without;
+  Eigen::MatrixXd others;
   VectorXd without = coefficients;
   without[coefficient] = 0.0;
   model.evaluate(coefficients, mean, nullptr, workspace);
-  model.evaluate(without, mean_without, nullptr, workspace);
-  const double change = (mean_without - mean).cwiseQuotient(units).norm();
-  return std::isfinite(change) ? change : std::numeric_limits<double>::infinity();
+  model.evaluate(without, mean_without, &others, workspace);
+  const VectorXd change = (mean - mean_without).cwiseQuotient(units);
+  const bool is_linear = model.is_bilinear(coefficient, coefficient);
+  std::vector<Index> adapting;
+  for (Index j = 0; is_linear && j < coefficients.size(); ++j) {
+    const bool are_linear = model.is_bilinear(j, j) && model.is_bilinear(j, coefficient);
+    if (j != coefficient && are_linear) adapting.push_back(j);
+  }
+  others = (units.cwiseInverse().asDiagonal() * others(Eigen::all, adapting)).eval();
+  if (!change.allFinite() || !others.allFinite()) return std::numeric_limits<double>::infinity();
+  if (adapting.empty()) return change.norm();
+  const VectorXd lengths = others.colwise().norm();
+  others *= (lengths.array() > 0.0).select(lengths.cwiseInverse(), 0.0).asDiagonal();
+  return (change - others * others.colPivHouseholderQr().solve(change)).norm();
 }
 
 /// Coefficients so large that small changes do not affect the mean, although the mean depends on

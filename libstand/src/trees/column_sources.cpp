@@ -358,6 +358,7 @@ std::optional<std::string> usual_time_column(const std::vector<std::string>& hea
 std::optional<std::string> status_column(const std::vector<std::string>& header,
                                          const std::vector<ColumnMapping>& mappings,
                                          const StatusCodes& codes,
+                                         DeadTrees dead,
                                          const std::string& file) {
   if (const ColumnMapping* const mapping = mapping_to(kStatus, mappings)) {
     require_column(*mapping, header, file);
@@ -365,10 +366,12 @@ std::optional<std::string> status_column(const std::vector<std::string>& header,
   }
   if (const auto known = known_status_column(header)) return known;
   if (const auto field = usual_field(kStatus, header, file)) return header[*field];
-  if (codes.empty()) return std::nullopt;
-  const char* const given = !codes.alive.empty()  ? "`alive_codes`"
-                            : !codes.dead.empty() ? "`dead_codes`"
-                                                  : "`cut_codes`";
+  const char* const given = !codes.alive.empty()           ? "`alive_codes`"
+                            : !codes.dead.empty()          ? "`dead_codes`"
+                            : !codes.cut.empty()           ? "`cut_codes`"
+                            : dead != DeadTrees::kLeaveOut ? "`dead`"
+                                                           : nullptr;
+  if (given == nullptr) return std::nullopt;
   throw UsageError(
       fmt::format("no column of the status was found; name it with `columns=status=COLUMN`; "
                   "available: {}",

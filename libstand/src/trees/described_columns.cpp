@@ -113,7 +113,7 @@ void Describer::find_sources() {
   const auto add_other = [this](const std::string& name, const auto& column) {
     if (column && mapping_to(name, options_.columns) == nullptr) add_source(name, *column);
   };
-  add_other("status", status_column(header(), options_.columns, {}, reader_.file()));
+  add_other("status", status_column(header(), options_.columns, {}, {}, reader_.file()));
   add_other("year", usual_time_column(header()));
 }
 

@@ -256,7 +256,8 @@ ColumnPlan Planner::plan() {
   }
   plan.time_field = time_field();
   plan.stand_field = stand_field(plan);
-  const auto status = status_column(header_, options_.columns, options_.status_codes, file_);
+  const auto status =
+      status_column(header_, options_.columns, options_.status_codes, options_.dead, file_);
   if (status) plan.status_field = field_named(*status);
   plan.filled_down = filled_fields(options_, header_, file_);
   require_needed(plan);

@@ -61,8 +61,11 @@ std::vector<stand::NamedWindow> given_windows(const UnitSettings& settings) {
   return {};
 }
 
-/// The settings that a table of plots must support by its columns.
-IdleReasons idle_by_plots(const stand::SamplingDesign& design) {
+/// The settings that need a design, or that a table of plots must support by its columns.
+IdleReasons idle_by_design(const stand::SamplingDesign& design) {
+  if (!design.is_given()) {
+    return {{"subplot", "without `circles`, `angle_count`, `expansion` or a table of `plots`"}};
+  }
   if (!design.plots) return {};
   const auto has_radius = [](const stand::PlotRecord& plot) { return !std::isnan(plot.radius_m); };
   const bool has_circles = !design.circles.empty() || design.basal_area_factor > 0.0 ||
@@ -102,7 +105,7 @@ stand::SamplingDesign sampling_design(const SamplingSettings& settings) {
         stand::parse_column_mappings(settings.plots_columns));
   }
   stand::check_design(design);
-  refuse_idle_settings(settings, {}, idle_by_plots(design));
+  refuse_idle_settings(settings, {}, idle_by_design(design));
   return design;
 }
 

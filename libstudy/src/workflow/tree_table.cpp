@@ -200,7 +200,8 @@ std::string_view remains_of(stand::TreeStatus status) {
 /// Excludes the trees that are dead or cut, or notes that they are used.
 void TableReader::read_status() {
   const stand::StatusCodes& codes = wishes_.options.status_codes;
-  const auto column = stand::status_column(reader_.header(), result_.mapped, codes, reader_.file());
+  const auto column = stand::status_column(
+      reader_.header(), result_.mapped, codes, wishes_.options.dead, reader_.file());
   if (!column || !result_.table.has(*column)) return;
   if (!state_.status) state_.status.emplace(*column, codes, reader_.header());
   stand::StatusColumn& status = *state_.status;

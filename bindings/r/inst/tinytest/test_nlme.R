@@ -137,3 +137,17 @@ expect_equal(fit$fit$derived$difference$estimate, 0.865, tolerance = 1e-10)
 expect_equal(fit$fit$derived$difference$se, 0.2787816084, tolerance = 1e-9)
 expect_true("difference" %in% rownames(confint(fit)))
 expect_error(silvafit(weight ~ a * one, plants, derive = c(r = "aa/2")), "did you mean")
+
+# A linear coefficient far below its standard error, as of an uncentred polynomial, is near zero; it
+# is no limit of a curve.
+orthodont <- as.data.frame(nlme::Orthodont)
+expected <- nlme::lme(distance ~ age + I(age^2), orthodont, random = ~ 1 | Subject, method = "ML")
+for (method in c("lb", "focei", "laplace")) {
+  fit <- silvafit(distance ~ a + b * age + c * age^2, orthodont, random = a ~ 1 | Subject, method = method)
+  expect_true(convergence(fit)$converged)
+  expect_false(grepl("poorly|limit", convergence(fit)$message))
+  expect_equal(as.numeric(logLik(fit)), as.numeric(logLik(expected)), tolerance = 1e-9)
+  # The standard errors of lme's summary and of lb have the factor N / (N - p) of the variance.
+  factor <- if (method == "lb") 108 / 105 else 1
+  expect_equal(unname(sqrt(diag(vcov(fit)))), unname(sqrt(factor * diag(vcov(expected)))), tolerance = 1e-4)
+}

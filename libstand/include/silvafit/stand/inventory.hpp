@@ -107,16 +107,6 @@ struct Inventory {
   Place place(std::size_t row) const;
 };
 
-/// The treatment of trees that are dead and standing by the status column.
-enum class DeadTrees {
-  kLeaveOut,   ///< they are skipped
-  kNeighbors,  ///< they are used only as neighbors of living trees
-  kInclude,    ///< they are used as living ones
-};
-constexpr std::array<std::string_view, 3> words_of(DeadTrees /*use*/) {
-  return {"leave-out", "neighbors", "include"};
-}
-
 struct InventoryOptions {
   std::vector<ColumnMapping> columns{};  ///< sources may be a data::TextFormula
   /// Condition for the rows to use, of columns of the file and standard names; empty: all rows.

@@ -126,10 +126,13 @@ std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
 
 /// The column that says whether trees are alive: as mapped, or under a usual name; none if the file
 /// has none.
-/// \throws UsageError if it is mapped to an expression, or codes are given but there is no column
+/// \param dead  as the caller asks for
+/// \throws UsageError if it is mapped to an expression, or there is no column although codes are
+///   given or dead trees are asked for
 std::optional<std::string> status_column(const std::vector<std::string>& header,
                                          const std::vector<ColumnMapping>& mappings,
                                          const StatusCodes& codes,
+                                         DeadTrees dead,
                                          const std::string& file);
 
 /// The column of the time of measurement: year, else date, in upper or lower case; INVYR in FIA's

@@ -2,6 +2,7 @@
 // Whether a tree is alive, from a status column in one of several languages.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <map>
 #include <optional>
@@ -19,6 +20,16 @@ enum class TreeStatus {
   kFallen,       ///< down by itself, not cut
   kNotInSample,  ///< such as FIA's STATUSCD 0: the row is no measurement
 };
+
+/// The treatment of trees that are dead and standing by the status column.
+enum class DeadTrees {
+  kLeaveOut,   ///< they are skipped
+  kNeighbors,  ///< they are used only as neighbors of living trees
+  kInclude,    ///< they are used as living ones
+};
+constexpr std::array<std::string_view, 3> words_of(DeadTrees /*use*/) {
+  return {"leave-out", "neighbors", "include"};
+}
 
 /// Values of a status column and their meaning by the user. Numbers are compared as numbers, other
 /// values without regard to capitals.
