@@ -6,12 +6,15 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "correlation/correlation_structure.hpp"
 #include "model/group_labels.hpp"
+#include "prediction/row_mean.hpp"
+#include "prediction/student_quantiles.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/checked_columns.hpp"
 #include "silvafit/data/program.hpp"
@@ -24,7 +27,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// Rows of one group.
-struct Neighbors {
+struct GroupRows {
   std::vector<Index> measured{};
   std::vector<Index> others{};
 };
@@ -54,16 +57,17 @@ class NeighborResiduals {
     pairs_ = structure_.at(parameters_);
   }
 
-  void add() {
+  std::vector<Neighbors> add() {
     for (auto& [label, rows] : groups()) {
       if (rows.measured.empty() || rows.others.empty()) continue;
       add(label, rows);
     }
+    return std::move(added_);
   }
 
  private:
-  std::map<std::string, Neighbors> groups() const {
-    std::map<std::string, Neighbors> result;
+  std::map<std::string, GroupRows> groups() const {
+    std::map<std::string, GroupRows> result;
     const GroupLabels labels(fit_.specification, table_);
     data::TextColumn own;
     if (!correlation_.group.empty()) own = table_.labels(correlation_.group);
@@ -80,13 +84,13 @@ class NeighborResiduals {
         if (own.is_missing(at)) continue;
         label += (label.empty() ? "" : "/") + std::string(own[at]);
       }
-      Neighbors& group = result[label];
+      GroupRows& group = result[label];
       (std::isfinite(response_[row]) ? group.measured : group.others).push_back(row);
     }
     return result;
   }
 
-  void add(const std::string& label, Neighbors& rows) {
+  void add(const std::string& label, GroupRows& rows) {
     if (places_.cols() == 1) {
       std::ranges::stable_sort(rows.measured, {}, [this](Index i) { return places_(i, 0); });
     }
@@ -101,19 +105,23 @@ class NeighborResiduals {
                          fmt::format("{}", fmt::join(correlation_.columns, ", "))));
     }
     const VectorXd deviations = result_.residual_sd(rows.measured);
-    MatrixXd known =
+    const VectorXd known =
         (response_(rows.measured) - result_.value(rows.measured)).cwiseQuotient(deviations);
-    factor->whiten(known);
+    MatrixXd inverse = MatrixXd::Identity(known.size(), known.size());
+    factor->whiten(inverse);
     for (const Index row : rows.others) {
-      MatrixXd weights(known.rows(), 1);
-      for (Index k = 0; k < weights.rows(); ++k) {
+      VectorXd correlations(known.size());
+      for (Index k = 0; k < known.size(); ++k) {
         const Index other = rows.measured[static_cast<std::size_t>(k)];
         const double distance = (places_.row(row) - places_.row(other)).norm();
-        weights(k, 0) = pairs_->between(distance, places_(row, 0), places_(other, 0), nullptr);
+        correlations[k] = pairs_->between(distance, places_(row, 0), places_(other, 0), nullptr);
       }
-      factor->whiten(weights);
-      result_.value[row] += result_.residual_sd[row] * weights.col(0).dot(known.col(0));
-      result_.residual_sd[row] *= std::sqrt(std::max(0.0, 1.0 - weights.squaredNorm()));
+      const VectorXd whitened = inverse * correlations;
+      const VectorXd weights = result_.residual_sd[row] * (inverse.transpose() * whitened);
+      result_.value[row] += weights.dot(known);
+      result_.residual_sd[row] *= std::sqrt(std::max(0.0, 1.0 - whitened.squaredNorm()));
+      added_.push_back(
+          {.row = row, .measured = rows.measured, .weights = weights.cwiseQuotient(deviations)});
     }
   }
 
@@ -126,17 +134,59 @@ class NeighborResiduals {
   CorrelationStructure structure_;
   VectorXd parameters_;
   std::unique_ptr<PairCorrelation> pairs_;
+  std::vector<Neighbors> added_;
 };
 
 }  // namespace
 
-void add_neighbors(const FittedModel& fit, const data::Table& table, Prediction& result) {
+std::vector<Neighbors> add_neighbors(const FittedModel& fit,
+                                     const data::Table& table,
+                                     Prediction& result) {
   const Correlation& correlation = *fit.specification.correlation;
   const bool is_order =
       correlation.columns.empty() && correlation.kind != Correlation::Kind::kCompoundSymmetry;
   const std::string& response = fit.specification.formula.left;
-  if (is_order || !table.has(response) || !table.is_numeric(response)) return;
-  NeighborResiduals(fit, table, result).add();
+  if (is_order || !table.has(response) || !table.is_numeric(response)) return {};
+  return NeighborResiduals(fit, table, result).add();
+}
+
+void replace_errors(const FittedModel& fit,
+                    const data::Table& table,
+                    const CoefficientSets& sets,
+                    const PredictionOptions& options,
+                    const std::vector<Neighbors>& neighbors,
+                    Prediction& result) {
+  if (neighbors.empty()) return;
+  const RowMean mean(fit.specification, table);
+  const MatrixXd gradient = mean.gradient(mean.arguments(sets.coefficients, sets.set_of_row));
+  const ParameterDesign& design = mean.design();
+  const Index p = design.coefficient_count();
+  MatrixXd slopes(gradient.rows(), p);
+  for (Index k = 0; k < p; ++k) {
+    for (Index row = 0; row < slopes.rows(); ++row) {
+      slopes(row, k) = gradient(row, design.parameter_of(k)) * design.multiplier(k, row);
+    }
+  }
+  std::optional<StudentQuantiles> quantiles;
+  if (options.interval) quantiles.emplace(0.5 + 0.5 * *options.interval);
+  for (const Neighbors& of : neighbors) {
+    const Index row = of.row;
+    const VectorXd slope =
+        slopes.row(row).transpose() - slopes(of.measured, Eigen::all).transpose() * of.weights;
+    const Index set = sets.set_of_row[static_cast<std::size_t>(row)];
+    const Eigen::Map<const MatrixXd> covariance(sets.covariances.col(set).data(), p, p);
+    const double variance = slope.dot(covariance * slope);
+    const double residual = result.residual_sd[row];
+    result.mean_error[row] = std::sqrt(variance);
+    result.prediction_error[row] = std::sqrt(variance + residual * residual);
+    if (!quantiles) continue;
+    const double error = options.interval_kind == IntervalKind::kConfidence
+                             ? result.mean_error[row]
+                             : result.prediction_error[row];
+    const double margin = quantiles->at(result.degrees_of_freedom[row]) * error;
+    result.lower[row] = result.value[row] - margin;
+    result.upper[row] = result.value[row] + margin;
+  }
 }
 
 }  // namespace silvafit::fit

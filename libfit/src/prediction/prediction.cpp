@@ -102,15 +102,21 @@ Prediction predict(const FittedModel& fit,
   marginal.replace(result);
   result.residual_sd = residual_sd_if_known(fit, result.value, table);
   result.residual_gap = residual_sd_gaps(fit, table);
+  std::vector<Neighbors> neighbors;
   if (fit.variance.correlation && level == Level::kCalibrated) {
-    if (with_errors) {
+    neighbors = add_neighbors(fit, table, result);
+    if (with_errors && !neighbors.empty() && !options.uncertain.empty()) {
       throw UsageError(
-          "predictions from measured neighbors with correlated residuals have no "
-          "standard errors and intervals; choose another `level`, or omit these");
+          "predictions from measured neighbors with correlated residuals have no standard errors "
+          "and "
+          "intervals where other columns are predicted, too; choose another `level`, or omit "
+          "these");
     }
-    add_neighbors(fit, table, result);
   }
-  if (with_errors) add_errors(fit, table, sets, options, marginal.gradients(), result);
+  if (with_errors) {
+    add_errors(fit, table, sets, options, marginal.gradients(), result);
+    replace_errors(fit, table, sets, options, neighbors, result);
+  }
   for (std::size_t row = 0; row < table.rows(); ++row) {
     if (!sets.is_missing[row]) continue;
     const auto at = static_cast<Index>(row);
