@@ -83,7 +83,7 @@ void add_name_doubts(const FitModelOptions& options, FittedModel& fit) {
   const ModelSpecification& specification = fit.specification;
   Convergence& convergence = fit.convergence;
   const std::set<std::string> known = known_parameters(options);
-  const NameDoubts doubts = name_doubts(specification, known);
+  const NameDoubts doubts = name_doubts(specification, known, options.fixed);
   if (!doubts.text.empty())
     convergence.find({.kind = Finding::Kind::kNameDoubt, .names = {doubts.text}});
   convergence.add(Evidence::Kind::kTakenAsParameter, doubts.names);

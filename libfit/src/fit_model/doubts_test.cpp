@@ -72,6 +72,8 @@ TEST_CASE("parameters of identifiable models are not doubted") {
     INFO(formula);
     CHECK_FALSE(fitted(formula).has_doubts());
   }
+  // The other of two parameters with one effect is held.
+  CHECK_FALSE(fitted("h ~ a + u + b*dbh", {.fixed = {{"u", 0.0}}}).has_doubts());
 }
 
 TEST_CASE("names with a start value, a bound or a fixed value are parameters") {

@@ -13,6 +13,7 @@ namespace silvafit::fit {
 namespace {
 
 using NameList = std::vector<std::string>;
+using Values = std::map<std::string, double>;
 
 /// "a", "a and b", "a, b and c".
 std::string enumerated(const NameList& names, std::string_view last = "and") {
@@ -70,20 +71,22 @@ void add_name(const std::string& name, NameDoubts& doubts) {
   if (std::ranges::find(doubts.names, name) == doubts.names.end()) doubts.names.push_back(name);
 }
 
-/// Parameters whose values are the same in all rows.
-NameList constant_parameters(const ModelSpecification& specification) {
+/// Estimated parameters whose values are the same in all rows.
+NameList constant_parameters(const ModelSpecification& specification, const Values& held) {
   NameList names;
   for (const ParameterModel& parameter : specification.parameters) {
-    if (parameter.covariates.empty()) names.push_back(parameter.name);
+    const bool is_held = held.contains(parameter.name);
+    if (parameter.covariates.empty() && !is_held) names.push_back(parameter.name);
   }
   return names;
 }
 
 void add_inseparable(const ModelSpecification& specification,
                      const NameList& doubtful,
+                     const Values& held,
                      NameDoubts& doubts) {
-  for (const data::InseparableNames& found :
-       data::inseparable_names(specification.formula.right, constant_parameters(specification))) {
+  for (const data::InseparableNames& found : data::inseparable_names(
+           specification.formula.right, constant_parameters(specification, held))) {
     const bool is_doubtful = std::ranges::any_of(found.names, [&](const std::string& name) {
       return std::ranges::find(doubtful, name) != doubtful.end();
     });
@@ -102,7 +105,8 @@ void add_inseparable(const ModelSpecification& specification,
 }  // namespace
 
 NameDoubts name_doubts(const ModelSpecification& specification,
-                       const std::set<std::string>& known) {
+                       const std::set<std::string>& known,
+                       const Values& held) {
   NameDoubts doubts;
   if (specification.data_columns.empty()) return doubts;
   const NameList doubtful = unconfirmed(specification, known);
@@ -116,7 +120,7 @@ NameDoubts name_doubts(const ModelSpecification& specification,
                              enumerated(meant, "or")),
                  doubts.text);
   }
-  add_inseparable(specification, doubtful, doubts);
+  add_inseparable(specification, doubtful, held, doubts);
   return doubts;
 }
 
