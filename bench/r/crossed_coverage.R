@@ -21,7 +21,7 @@ cases <- list(
   heights = list(
     formula = y ~ 1.3 + a * (1 - exp(-b * x)), random = "a | first + second", truth = c(a = 24, b = 0.06),
     draw = function() {
-      frame <- pairs(30, 12, 3, 2.5, 1)
+      frame <- pairs(40, 20, 2, 2.5, 1)
       frame$x <- runif(nrow(frame), 6, 45)
       frame$y <- 1.3 + (24 + frame$effect_first + frame$effect_second) * (1 - exp(-0.06 * frame$x)) + rnorm(nrow(frame), sd = 1.2)
       frame
@@ -29,7 +29,7 @@ cases <- list(
   enzymes = list(
     formula = y ~ V * x / (K + x), random = "(V | first) + (K | second)", truth = c(V = 200, K = 0.6),
     draw = function() {
-      frame <- pairs(24, 15, 3, 20, 0.1)
+      frame <- pairs(30, 25, 2, 20, 0.1)
       frame$x <- sample(c(0.1, 0.3, 0.6, 1.2, 2.4), nrow(frame), replace = TRUE)
       frame$y <- (200 + frame$effect_first) * frame$x / (0.6 + frame$effect_second + frame$x) + rnorm(nrow(frame), sd = 8)
       frame
@@ -37,7 +37,7 @@ cases <- list(
   logistic = list(
     formula = y ~ A / (1 + exp((m - x) / s)), random = "(A | first) + (m | second)", truth = c(A = 30, m = 20, s = 6),
     draw = function() {
-      frame <- pairs(20, 14, 4, 3, 2)
+      frame <- pairs(30, 25, 2, 3, 2)
       frame$x <- runif(nrow(frame), 1, 45)
       frame$y <- (30 + frame$effect_first) / (1 + exp((20 + frame$effect_second - frame$x) / 6)) + rnorm(nrow(frame), sd = 1)
       frame

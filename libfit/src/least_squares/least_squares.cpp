@@ -155,7 +155,11 @@ Minima minima_from(ProjectedModel& projected,
   if (best.iterations >= kTrial) {
     descend_from(VectorXd(best.coefficients), options.maximum_iterations - kTrial);
   }
-  for (const VectorXd& start : starts_across_kinks(projected.model(), best)) {
+  std::vector<VectorXd> beyond = starts_across_kinks(projected.model(), best);
+  if (!beyond.empty() && projected.model().observations() >= kManyObservations) {
+    beyond = nearer_starts(projected.model(), beyond, options);
+  }
+  for (const VectorXd& start : beyond) {
     descend_from(start, std::min(kTrial, options.maximum_iterations));
   }
   best.iterations = iterations;

@@ -19,10 +19,8 @@ using Eigen::VectorXd;
 /// Gradients at neighbouring points of a smooth function differ by rounding; conditional modes
 /// leave about 1e-8.
 constexpr double kJump = 1e-6;
-/// A standard error is about one over the root of the number of observations, in units of which a
-/// kink is searched: those farther away are not what a search was stuck at.
+/// Coordinates are of order one: a kink farther away is not what a search was stuck at.
 constexpr double kReach = 1.0;
-/// A point is as near to a kink as bisection can bring it.
 constexpr double kSettled = 1e-12;  // squared standard errors
 constexpr int kMostSteps = 30;
 constexpr int kHalvings = 8;
