@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/model_texts.hpp"
 
 using namespace silvafit::fit;
 using Catch::Matchers::Contains;
@@ -140,4 +141,11 @@ TEST_CASE("where the alternation does not settle at a kink, the message says so"
       fitted(kGroupsAtObservation, "y ~ a + b*min(x, m)", Method::kLindstromBates);
   CHECK_FALSE(fit.convergence.converged());
   CHECK_THAT(fit.convergence.verdict(), Contains("kink in m") && Contains("focei"));
+  const Table table = table_of(kAtObservation);
+  const FittedModel weighted =
+      fit_model(specify_model({.formula = "y ~ a + b*min(x, m)", .variance = "power(x)"}, table),
+                table)
+          .fit;
+  CHECK_FALSE(weighted.convergence.converged());
+  CHECK_THAT(weighted.convergence.verdict(), Contains("fix it at values near these"));
 }

@@ -376,8 +376,11 @@ void judge(const NonlinearModel& model,
       model, slopes.frame.has_full_rank, is_restricted, obstacle, degenerate.is_exact, fit);
   if (!is_confounded) note_degeneracy(std::move(degenerate), fit);
   if (!fit.convergence.converged() && rounds == Rounds::kAlternations &&
-      !model.specification().random.empty() && !model.fixed_kinks().empty()) {
-    fit.convergence.find({.kind = Finding::Kind::kKinkUnsettled, .names = model.fixed_kinks()});
+      !model.fixed_kinks().empty()) {
+    const bool is_mixed = !model.specification().random.empty();
+    fit.convergence.find({.kind = is_mixed ? Finding::Kind::kKinkUnsettled
+                                           : Finding::Kind::kKinkUnsettledWithoutEffects,
+                          .names = model.fixed_kinks()});
   }
 }
 

@@ -197,6 +197,9 @@ std::string_view text_of(Finding::Kind kind) {
       {kKinkUnsettled,
        "The formula has a kink in {names}, where the steps of this method may not settle: use "
        "`method=focei`."},
+      {kKinkUnsettledWithoutEffects,
+       "The formula has a kink in {names}, where the steps of this method may not settle: fix "
+       "[it|them] at values near these, and compare the log-likelihoods."},
       {kTrySimpler, "Try the method focei or laplace, or {simpler}."},
       {kTrySimplerOnly, "Try {simpler}."},
       {kTryOtherMethod, "Try {simpler}; another method has the same likelihood."},

@@ -40,11 +40,11 @@ struct Finding {
     // After the result.
     kMovingMost, kFirstAfter = kMovingMost, kLinearModelInvalid, kEffectsDiverge, kStepsDoNotSettle,
     kPassLimit, kSquaresDiverge, kIterationLimit, kRangeUnbounded, kEvaluationLimit, kJumps,
-    kTryKinks, kKinkUnsettled, kTrySimpler, kTrySimplerOnly, kTryOtherMethod, kTryLeastSquares, kSingleObservations,
-    kSingleObservationsOf, kEqualGroupings, kRemoveOneEffect, kRemoveOne, kUseAgq, kUseFocei,
-    kSingular, kAtKink, kPowerOfFew, kFloored, kFlooredPower, kExpectedErrors, kLinearizationDoubtful,
-    kHigherOptimum, kLowerFromStart, kCloseOptimum, kAtBounds, kEndsAtBounds, kSampleStart,
-    kParametersTaken,
+    kTryKinks, kKinkUnsettled, kKinkUnsettledWithoutEffects, kTrySimpler, kTrySimplerOnly,
+    kTryOtherMethod, kTryLeastSquares, kSingleObservations, kSingleObservationsOf, kEqualGroupings,
+    kRemoveOneEffect, kRemoveOne, kUseAgq, kUseFocei, kSingular, kAtKink, kPowerOfFew, kFloored,
+    kFlooredPower, kExpectedErrors, kLinearizationDoubtful, kHigherOptimum, kLowerFromStart,
+    kCloseOptimum, kAtBounds, kEndsAtBounds, kSampleStart, kParametersTaken,
   };
   // clang-format on
   Kind kind = Kind::kText;
