@@ -167,8 +167,6 @@ TEST_CASE("Effects of correlated groups, their covariance and predictions of nei
   CHECK(prediction.value[row] == Approx(mean_of(at) + phi / (1 + phi * phi) * neighbors));
   CHECK(prediction.residual_sd[row] ==
         Approx(fit.sigma * std::sqrt((1 - phi * phi) / (1 + phi * phi))));
-  CHECK_THROWS_AS(fit::predict(fit, table, fit::Level::kCalibrated, {.standard_errors = true}),
-                  UsageError);
 }
 
 TEST_CASE("Simulated responses have the correlation of the fit") {

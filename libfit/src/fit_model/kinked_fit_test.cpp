@@ -2,13 +2,16 @@
 // Fits of formulas with kinks, which data often put exactly at an observation. Each table has 40
 // observations of a plateau from x = 11 on, in 8 groups in turn. Expected values: maxima of the
 // profile over m of lm() and lmer(REML = FALSE) in R, from all values of x and a grid between them.
+#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "silvafit/base/random.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 #include "silvafit/fit/model_texts.hpp"
 
@@ -113,6 +116,41 @@ TEST_CASE("of the minima between kinks the lowest is found") {
   CHECK_FALSE(fit.convergence.has(Evidence::Kind::kKink, "m"));
   CHECK(coefficient(fit, "m") == Approx(10.73344943).epsilon(1e-6));
   CHECK(fit.log_likelihood == Approx(-25.886918894).epsilon(0.0).margin(1e-8));
+}
+
+TEST_CASE("of two breakpoints the best pair is found") {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    silvafit::Random random(seed, 0);
+    constexpr Eigen::Index kRows = 40;
+    Eigen::VectorXd x(kRows);
+    Eigen::VectorXd y(kRows);
+    for (Eigen::Index i = 0; i < kRows; ++i) {
+      x[i] = random.uniform(0.0, 18.0);
+      y[i] = 3.0 + 0.6 * x[i] - 0.5 * std::max(x[i] - 6.0, 0.0) - 0.6 * std::max(x[i] - 12.5, 0.0) +
+             0.5 * random.normal();
+    }
+    // The best of a grid of pairs, each by a linear model.
+    const auto squares = [&](double m, double n) {
+      Eigen::MatrixXd columns(kRows, 4);
+      columns << Eigen::VectorXd::Ones(kRows), x, (x.array() - m).max(0.0).matrix(),
+          (x.array() - n).max(0.0).matrix();
+      return (y - columns * columns.colPivHouseholderQr().solve(y)).squaredNorm();
+    };
+    double best = squares(6.0, 12.5);
+    for (double m = 0.3; m < 17.5; m += 0.1) {
+      for (double n = m + 0.3; n < 17.8; n += 0.1) best = std::min(best, squares(m, n));
+    }
+    Table table(kRows);
+    table.set("x", {x.begin(), x.end()});
+    table.set("y", {y.begin(), y.end()});
+    const FittedModel fit =
+        fit_model(specify_model("y ~ a + b*x + k*max(x - m, 0) + l*max(x - n, 0)", {}, table),
+                  table)
+            .fit;
+    CAPTURE(seed);
+    CHECK(fit.convergence.status == ConvergenceStatus::kConverged);
+    CHECK(fit.sigma * fit.sigma * (kRows - 6.0) <= best * (1.0 + 1e-9));
+  }
 }
 
 TEST_CASE("maxima of marginal likelihoods at and between kinks are found") {

@@ -155,12 +155,18 @@ Minima minima_from(ProjectedModel& projected,
   if (best.iterations >= kTrial) {
     descend_from(VectorXd(best.coefficients), options.maximum_iterations - kTrial);
   }
-  std::vector<VectorXd> beyond = starts_across_kinks(projected.model(), best);
-  if (!beyond.empty() && projected.model().observations() >= kManyObservations) {
-    beyond = nearer_starts(projected.model(), beyond, options);
-  }
-  for (const VectorXd& start : beyond) {
-    descend_from(start, std::min(kTrial, options.maximum_iterations));
+  // Each better minimum has others around it.
+  constexpr int kRoundsAcross = 4;
+  for (int round = 0; round < kRoundsAcross; ++round) {
+    std::vector<VectorXd> beyond = starts_across_kinks(projected.model(), best);
+    if (!beyond.empty() && projected.model().observations() >= kManyObservations) {
+      beyond = nearer_starts(projected.model(), beyond, options);
+    }
+    const double before = best.sum_of_squares;
+    for (const VectorXd& start : beyond) {
+      descend_from(start, std::min(kTrial, options.maximum_iterations));
+    }
+    if (!(best.sum_of_squares < before * (1.0 - kSameMinimum))) break;
   }
   best.iterations = iterations;
   if (options.other_minima) result.others = other_minima(std::move(descents), best);
@@ -228,8 +234,9 @@ Minima solve(const NonlinearModel& model, const LeastSquaresOptions& options) {
   const bool has_covariates = has_sub_models(model);
   std::vector<VectorXd> starts;
   if (has_covariates) starts = starts_from_pooled(model, options);
-  // A frequency of the residuals may differ from that of the fit without covariates.
-  if (!has_covariates || !periodic_coefficients(model).empty()) {
+  // A frequency of the residuals may differ from that of the fit without covariates, and kinks may
+  // be elsewhere.
+  if (!has_covariates || !periodic_coefficients(model).empty() || !model.kinks().empty()) {
     std::ranges::move(search_starts(model,
                                     {.fixed = options.start,
                                      .rule = options.rule,

@@ -306,18 +306,18 @@ class StartSearch {
     }
   }
 
-  /// With many nonlinear coefficients, such as those of sums of peaks, points spread over all of
-  /// them miss most minima. Some coefficients of the lowest point change at random, and the descent
-  /// begins again.
-  /// Source: basin hopping, Wales and Doye 1997, J. Phys. Chem. A 101, 5111-5116, at temperature
-  /// zero.
+  /// With many nonlinear coefficients, such as those of sums of peaks, or with kinks, points spread
+  /// over all of them miss most minima. Some coefficients of the lowest point change at random, and
+  /// the descent begins again. Source: basin hopping, Wales and Doye 1997, J. Phys. Chem. A 101,
+  /// 5111-5116, at temperature zero.
   void hop(std::vector<Candidate>& reached) {
     constexpr Index kFew = 2;
     constexpr std::size_t kHopsPerCoefficient = 15;
     const Index q = projected_.size();
     if (q == 0 || reached.empty()) return;
-    const int usual =
-        q > kFew ? static_cast<int>(effort(kHopsPerCoefficient)) * static_cast<int>(q) : 0;
+    const int usual = q > kFew || !model_.fixed_kinks().empty()
+                          ? static_cast<int>(effort(kHopsPerCoefficient)) * static_cast<int>(q)
+                          : 0;
     Candidate lowest = *std::ranges::min_element(reached, {}, &Candidate::sum_of_squares);
     const int hops = usual + options_.further_hops;
     const std::vector<Candidate> others =

@@ -10,6 +10,7 @@
 #include "lindstrom_bates/lindstrom_bates.hpp"
 #include "optimization/fixed_point.hpp"
 #include "optimization/quasi_newton.hpp"
+#include "optimization/tolerances.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -77,11 +78,11 @@ class LindstromBates::Run {
   /// groups have diverged to a region where the mean no longer depends on them.
   bool effects_have_diverged() {
     constexpr double kFar = 0.5;  // log-likelihood units per observation
-    constexpr int kRounds = 5;
+    constexpr int kLongFall = 5;
     highest_ = std::max(highest_, here_);
     const double fall = highest_ - here_;
     lost_ = fall > kFar * static_cast<double>(engine_.model_.observations()) ? lost_ + 1 : 0;
-    return lost_ >= kRounds;
+    return lost_ >= kLongFall;
   }
 
   bool gives_up() {
@@ -181,11 +182,20 @@ class LindstromBates::Run {
   bool advance() {
     last_ = state_;
     VectorXd theta = mixing_.next(state_.theta, best_.x);
+    if (loses(theta)) theta = best_.x;
     if (how_ == Alternation::kInterleaved) {
       if (!profile(theta).is_valid) theta = best_.x;
       if (interleaved_step(theta)) return true;
     }
     return careful_step(theta);
+  }
+
+  /// Whether an extrapolation has left the region of the maximum: the likelihood is flat towards
+  /// the limits of a correlation, such as a nugget of 0, so that it may cross to the other one.
+  bool loses(const VectorXd& theta) {
+    if (engine_.variance_.correlated() == nullptr) return false;
+    const LinearMixedProfile& there = profile(theta);
+    return !there.is_valid || -there.minus_log_likelihood < here_ - kHigher;
   }
 
   /// The solution of the linear model, if the nonlinear model agrees with it there.

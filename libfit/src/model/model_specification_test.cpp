@@ -137,6 +137,9 @@ TEST_CASE("blocks and nested groupings of random effects are read") {
   CHECK(within[1].group == "plot");
   CHECK(within[1].group_text() == "stand/plot");
   CHECK_THROWS_AS(parse_random_effects("a | stand/plot; a | stand/plot"), FormulaError);
+  // As lme4 reads it, the sum has two effects of stand.
+  CHECK_THROWS_WITH(parse_random_effects("(b | stand) + (a | stand/plot)"),
+                    Catch::Matchers::Contains("the groups of stand are given twice"));
   CHECK_THROWS_AS(parse_random_effects("a | plot/plot"), FormulaError);
   CHECK_THROWS_AS(parse_random_effects("() | plot"), FormulaError);
 }

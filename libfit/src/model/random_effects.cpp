@@ -52,9 +52,11 @@ Part without_constant(std::string_view text, Part effects) {
 
 /// Adds the terms of `stand/plot`; `recipe:replicate` is one term. Coarser groups that have a term
 /// of their own already, as in `a | stand; a + b | stand/plot`, are not added again.
+/// \param adds  whether all terms are added, as in the sum `(a | stand) + (b | stand/plot)`
 void add_levels(std::string_view text,
                 Part whole,
                 RandomEffects random,
+                bool adds,
                 std::vector<RandomEffects>& terms) {
   const std::vector<Part> levels = split(text, whole.begin, whole.end, '/');
   for (const Part level : levels) {
@@ -71,7 +73,7 @@ void add_levels(std::string_view text,
     const bool is_known = std::ranges::any_of(
         terms, [&](const RandomEffects& term) { return term.has_groups_of(random); });
     const bool is_finest = level.end == levels.back().end;
-    if (is_known && is_finest) {
+    if (is_known && (is_finest || adds)) {
       throw FormulaError(
           fmt::format("the groups of {} are given twice; independent effects of one grouping are "
                       "written as blocks, as in `(a) + b | plot`",
@@ -84,7 +86,7 @@ void add_levels(std::string_view text,
 }
 
 /// Reads `a + b | plot`, `a + b | stand/plot`, or with crossed groups `a + b | plot + year`.
-void add_grouping(std::string_view text, Part whole, std::vector<RandomEffects>& terms) {
+void add_grouping(std::string_view text, Part whole, bool adds, std::vector<RandomEffects>& terms) {
   const std::size_t bar = find_outside(text, whole, "|");
   if (bar == whole.end) {
     throw FormulaError(
@@ -100,7 +102,7 @@ void add_grouping(std::string_view text, Part whole, std::vector<RandomEffects>&
   random.is_crossed = groups.size() > 1;
   for (const Part group : groups) {
     if (group.begin == group.end) throw FormulaError("expected a group column", text, bar + 2);
-    add_levels(text, group, random, terms);
+    add_levels(text, group, random, adds, terms);
   }
 }
 
@@ -114,9 +116,9 @@ void add_terms(std::string_view text, Part part, std::vector<RandomEffects>& ter
       bars.size() > 1 && std::ranges::all_of(bars, [text](Part bar) {
         return is_enclosed(text, bar) && of(text, bar).find('|') != std::string_view::npos;
       });
-  if (!are_several) return add_grouping(text, without_parentheses(part), terms);
+  if (!are_several) return add_grouping(text, without_parentheses(part), false, terms);
   for (const Part bar : bars) {
-    add_grouping(text, without_parentheses(bar), terms);
+    add_grouping(text, without_parentheses(bar), true, terms);
     terms.back().is_crossed = true;
   }
 }
