@@ -52,13 +52,13 @@ has_doubts <- function(object) {
 
 # Names of coefficients and other texts of the C++ libraries with the names that R uses.
 r_names <- function(object, texts) {
-  labels <- object$labels
-  for (name in names(labels)[order(-nchar(names(labels)))]) {
-    texts <- gsub(name, labels[[name]], texts, fixed = TRUE)
-    # An expression in I(...) is stored without it.
-    bare <- sub("^([^:]+):I\\((.*)\\)$", "\\1:(\\2)", name)
-    texts <- gsub(bare, labels[[name]], texts, fixed = TRUE)
+  labels <- object$labels[order(-nchar(names(object$labels)))]
+  # An expression in I(...) is stored without it. A label may contain another name, so that numbers stand for labels until all are found.
+  bare <- sub("^([^:]+):I\\((.*)\\)$", "\\1:(\\2)", names(labels))
+  for (i in seq_along(labels)) {
+    for (name in unique(c(names(labels)[i], bare[i]))) texts <- gsub(paste0("\\Q", name, "\\E(?![[:alnum:]_.])"), paste0("\001", i, "\002"), texts, perl = TRUE)
   }
+  for (i in seq_along(labels)) texts <- gsub(paste0("\001", i, "\002"), labels[[i]], texts, fixed = TRUE)
   texts
 }
 
