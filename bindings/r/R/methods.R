@@ -456,6 +456,7 @@ with_data <- function(object, data) {
   }
   object$frame <- rows_of(frame, found$rows)
   object$data <- given
+  object$units <- units_of(given)
   object$rows <- found$rows
   object$fitted_values <- list(population = result$fitted_population, conditional = result$fitted_conditional)
   object$residual_sd <- result$residual_sd

@@ -122,7 +122,7 @@ predict_levels <- function(object, newdata, levels, says_new, ...) {
 
 # The columns that the model reads. A missing response is no error unless calibration needs it.
 prediction_data <- function(object, newdata, level) {
-  newdata <- check_data(newdata, "newdata")
+  newdata <- check_data(in_units_of_fit(newdata, object), "newdata")
   left <- if (is.null(object$formula)) NULL else object$formula[[2]]
   response <- deparse1(left)
   if (!is.null(left) && !is.name(left) && !response %in% names(newdata) && all(all.vars(left) %in% names(newdata))) {
@@ -136,6 +136,21 @@ prediction_data <- function(object, newdata, level) {
     if (is.logical(newdata[[name]]) && all(is.na(newdata[[name]])) && is_text(object$frame[[name]])) newdata[[name]] <- as.character(newdata[[name]])
     if (is.logical(newdata[[name]]) && all(is.na(newdata[[name]]))) newdata[[name]] <- as.numeric(newdata[[name]])
   }
+  newdata
+}
+
+# Numbers in the units of the data of the fit.
+in_units_of_fit <- function(newdata, object) {
+  given <- units_of(newdata)
+  wanted <- object$units[intersect(names(object$units), intersect(names(newdata), names(object$frame)))]
+  unknown <- setdiff(intersect(names(given), if (is.null(object$frame)) names(given) else names(object$frame)), names(wanted))
+  if (length(unknown) > 0) {
+    stop_input("`newdata`: column '", unknown[1], "' has the unit ", given[[unknown[1]]], ", but the data of the fit have no unit; use units::drop_units()", column = unknown[1])
+  }
+  for (name in intersect(names(wanted), names(given))) newdata[[name]] <- in_unit(newdata[[name]], wanted[[name]], paste0("`newdata`: column '", name, "'"))
+  # The data of the fit are plain numbers.
+  bare <- setdiff(names(wanted), names(given))
+  if (length(bare) > 0 && !identical(newdata, object$frame)) tell(paste0("`newdata`: ", paste(bare, "in", wanted[bare], collapse = ", "), ", as in the data of the fit"))
   newdata
 }
 

@@ -120,6 +120,7 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   # What update() and getData() need: the values of the call, and the data with all columns.
   object$arguments <- mget(setdiff(intersect(names(call), names(formals(silvafit))), c("data", "subset")))
   object$data <- given
+  object$units <- units_of(given)
   object$rows <- if (is.null(rows)) result$rows else rows[result$rows]
   varying <- if (has_random(object)) unlist(lapply(random_terms_of(object), `[[`, "effects"))
   said <- c(names(start), names(hold), names(lower), names(upper), sub(":.*", "", varying))
