@@ -48,6 +48,9 @@ name_text <- function(name) {
   paste0("`", name, "`")
 }
 
+# Texts in which pi, which is a name in backquotes, is the number unless a column has the name.
+with_pi <- function(texts, columns) if ("pi" %in% columns) texts else gsub("`pi`", "pi", texts, fixed = TRUE)
+
 # The text of an expression. `what` says where it stands, for messages.
 expression_text <- function(expression, what = "the formula") {
   text_and_precedence(expression, what)$text
@@ -95,7 +98,7 @@ without_bars <- function(formula) {
 
 text_and_precedence <- function(expression, what) {
   atom <- function(text) list(text = text, precedence = 9)
-  if (is.name(expression)) return(atom(name_text(as.character(expression))))
+  if (is.name(expression)) return(atom(if (identical(expression, quote(pi))) "`pi`" else name_text(as.character(expression))))
   if (is.logical(expression) && !is.na(expression)) return(atom(if (expression) "1" else "0"))
   if (is.numeric(expression)) {
     if (expression < 0) return(list(text = number_text(expression), precedence = operator_precedence[["unary"]]))

@@ -33,7 +33,7 @@
 #'
 #' **Calls of nlme and lme4.** These arguments can be used, too: `model` for `formula`; `fixed` or `params` for `parameters`; `weights` for `variance`; `verbose` for `trace`; `REML` for
 #' `reml`; `method = "ML"` or `"REML"`; `nAGQ`, the number of quadrature points, of which one is `"laplace"`; `control`, of which `maxIter` and `msVerbose` are used and a
-#' message names other values that are not the default.
+#' message names other values that are not the default. With `fixed` and without `random` its coefficients have random effects, as in `nlme()`.
 #'
 #' A fit that has not converged gives a warning with the reason; [convergence()] has the evidence. A fit can be
 #' interrupted.
@@ -103,6 +103,11 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   # do.call() puts the values into the call.
   if (!is.language(call$data)) call$data <- quote(data)
   if (is.null(groups) && inherits(data, "groupedData")) groups <- nlme::getGroupsFormula(data)
+  if ("fixed" %in% names(list(...)) && missing(random) && !isTRUE(method %in% c("gnls", "ols")) && !has_bar_summand(formula[[3]])) {
+    if (is.null(groups)) stop_usage("`fixed` without `random`: nlme() has random effects of all coefficients then; give `random`, which is NULL for none, or `groups`")
+    call$random <- random <- parameters
+    tell("as in nlme() without `random`, all coefficients of `fixed` have random effects")
+  }
   data <- check_data(data)
   rows <- subset_rows(substitute(subset), data, parent.frame())
   if (!is.null(call$subset)) call$subset <- with_values(substitute(subset), data, parent.frame())
@@ -195,10 +200,11 @@ model_texts <- function(formula, data, parameters, random, groups, covariance, v
   correlation <- correlation_text(correlation, effects$groups)
   right <- with_offsets(right, subs$offsets)
   columns <- unique(c(response$name, intersect(c(needed, effects$groups, variance_names(variance), correlation_names(correlation)), names(data))))
-  labels <- subs$labels
-  list(formula = formula, frame = data[columns], labels = labels, coefficients = subs$coefficients, contrasts = contrasts, response = formula[[2]],
-       texts = list(formula = paste(name_text(response$name), "~", right_side_text(right)), parameters = subs$texts,
-                    factors = subs$factors, columns = names(data), random = effects$text, covariance = if (is.null(covariance)) effects$covariance else covariance,
+  with_number <- function(texts) with_pi(texts, names(data))
+  labels <- stats::setNames(subs$labels, with_number(names(subs$labels)))
+  list(formula = formula, frame = data[columns], labels = labels, coefficients = with_number(subs$coefficients), contrasts = contrasts, response = formula[[2]],
+       texts = list(formula = with_number(paste(name_text(response$name), "~", right_side_text(right))), parameters = with_number(subs$texts),
+                    factors = subs$factors, columns = names(data), random = with_number(effects$text), covariance = if (is.null(covariance)) effects$covariance else covariance,
                     variance = variance, correlation = correlation))
 }
 
@@ -282,6 +288,9 @@ engine_names <- function(values, model, argument) {
   if (is.null(values)) return(NULL)
   if (is.list(values)) values <- unlist(if (is.null(values$fixed)) values else values$fixed)
   if (is.null(names(values)) && argument == "start" && length(values) == length(model$coefficients)) names(values) <- model$coefficients
+  if (is.null(names(values)) && argument == "start") {
+    stop_usage("`start` needs names, such as c(a = 20, b = 0.05); without names it has a value for each coefficient of `parameters` (`fixed` of nlme) in their order")
+  }
   if (!is.numeric(values) || is.null(names(values)) || any(names(values) == "")) {
     stop_usage("`", argument, "` has to be a named vector, such as c(a = 20, b = 0.05)")
   }

@@ -238,7 +238,7 @@ print.silvafit_stand <- strict(function(x, digits = 3, ...) {
 #' head(filled)
 impute <- function(trees, response = "h", group = "", by = "", minimum_trees = 30, formula = NULL, models = NULL, random = "", variance = NULL, method = "",
                    add_residual = FALSE, coverage = NULL, seed = 1, columns = NULL, dead = NULL, trust_units = FALSE, threads = 0, progress = interactive(), ...) {
-  if (inherits(formula, "formula")) formula <- paste(expression_text(formula[[2]]), "~", expression_text(formula[[3]]))
+  if (inherits(formula, "formula")) formula <- with_pi(paste(expression_text(formula[[2]]), "~", expression_text(formula[[3]])), names(trees))
   result <- analysis_of_call("impute", trees, c("reading", "imputation"), list(formula = formula, variance = variance_text(variance)))
   tell_notes(result$json$sentences)
   filled <- if (is.character(trees)) utils::read.csv(trees, check.names = FALSE) else trees

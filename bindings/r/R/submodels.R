@@ -119,15 +119,15 @@ variable_columns <- function(variable, has_all_levels, data, environment, contra
   if (!is.null(factor_name)) {
     if (!factor_name %in% names(data)) stop_no_column(factor_name, data, what)
     if (is.name(variable) && is.logical(data[[factor_name]])) {
-      return(truth_columns(name_text(factor_name), name, has_all_levels))
+      return(truth_columns(expression_text(as.name(factor_name)), name, has_all_levels))
     }
     if (!is.name(variable) || is.factor(data[[factor_name]]) || is.character(data[[factor_name]])) {
       return(factor_columns(factor_name, name, has_all_levels, data, contrasts))
     }
-    return(list(texts = name_text(factor_name), labels = name))
+    return(list(texts = expression_text(as.name(factor_name)), labels = name))
   }
   text <- expression_text(variable, what)
-  missing <- setdiff(all.vars(variable), names(data))
+  missing <- setdiff(all.vars(variable), c(names(data), "pi"))
   if (length(missing) > 0) stop_no_column(missing[1], data, what)
   if (is_truth(variable, data, environment)) {
     inner <- without_marks(variable)
@@ -187,7 +187,7 @@ factor_columns <- function(column, name, has_all_levels, data, contrasts) {
 
 # A column of a contrast matrix as comparisons with the levels.
 coded_text <- function(column, levels, weights) {
-  comparisons <- paste0("(", name_text(column), " == ", vapply(levels, string_text, ""), ")")
+  comparisons <- paste0("(", expression_text(as.name(column)), " == ", vapply(levels, string_text, ""), ")")
   used <- which(weights != 0)
   if (length(used) == 1 && weights[used] == 1) return(comparisons[used])
   parts <- ifelse(weights[used] == 1, comparisons[used],

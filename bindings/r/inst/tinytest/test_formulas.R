@@ -38,3 +38,13 @@ same_as_lm(a ~ 0 + flag, distance ~ 0 + flag + age)
 same_as_lm(a ~ flag:z, distance ~ flag:z + age)
 same_as_lm(a ~ 0 + I(flag), distance ~ 0 + I(flag) + age)
 same_as_lm(a ~ 0 + ifelse(z > 2, flag, TRUE), distance ~ 0 + ifelse(z > 2, flag, TRUE) + age)
+
+# pi is a number unless a column has this name
+children$pi <- children$z
+same_as_lm(a ~ I(pi^2), distance ~ I(pi^2) + age)
+expect_equal(unname(fixef(silvafit(distance ~ a + b * age / pi, children))), unname(coef(lm(distance ~ I(age / pi), children))), tolerance = 1e-8)
+file <- tempfile()
+fit_json(silvafit(distance ~ a + b * age / pi, children), file)
+expect_equal(unname(predict(read_fit(file), children[1:3, ])), unname(predict(lm(distance ~ I(age / pi), children), children[1:3, ])), tolerance = 1e-8)
+children$pi <- NULL
+same_as_lm(a ~ I(pi * z^2), distance ~ I(pi * z^2) + age)

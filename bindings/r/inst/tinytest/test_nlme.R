@@ -137,3 +137,14 @@ expect_equal(fit$fit$derived$difference$estimate, 0.865, tolerance = 1e-10)
 expect_equal(fit$fit$derived$difference$se, 0.2787816084, tolerance = 1e-9)
 expect_true("difference" %in% rownames(confint(fit)))
 expect_error(silvafit(weight ~ a * one, plants, derive = c(r = "aa/2")), "did you mean")
+
+# Calls without `random`: nlme() then has random effects of all coefficients of `fixed`
+children <- nlme::Orthodont
+expect_message(by_default <- silvafit(distance ~ a + b * age, children, fixed = a + b ~ 1, start = c(16, 0.6), method = "ML"), "as in nlme")
+theirs <- nlme::nlme(distance ~ a + b * age, children, fixed = a + b ~ 1, start = c(16, 0.6), method = "ML")
+expect_equal(as.numeric(logLik(by_default)), as.numeric(logLik(theirs)), tolerance = 1e-7)
+expect_equal(as.numeric(logLik(suppressMessages(update(by_default, start = NULL)))), as.numeric(logLik(by_default)), tolerance = 1e-9)
+expect_false(length(suppressMessages(silvafit(distance ~ a + b * age, children, fixed = a + b ~ 1, random = NULL))$fit$random) > 0)
+plain <- as.data.frame(children)
+expect_equal(class_of_error(silvafit(distance ~ a + b * age, plain, fixed = a + b ~ 1)), "silvafit_usage_error")
+expect_true(grepl("order", message_of_error(silvafit(distance ~ a + b * age, plain, start = c(16, 0.6)))))
