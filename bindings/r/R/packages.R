@@ -301,10 +301,15 @@ isNLMM.silvafit <- function(x, ...) has_random(x)
 
 #' @rdname performance-methods
 #' @param mod a fit of [silvafit()]
-#' @details For \pkg{car}: `Anova()` has the Wald tests of [anova.silvafit()], given all other terms; `linearHypothesis()` and `deltaMethod()` are those of the
-#'   fixed effects.
+#' @details For \pkg{car}: `Anova()` has the Wald tests of [anova.silvafit()] of type III, given all other terms; `linearHypothesis()` and `deltaMethod()` are those of
+#'   the fixed effects.
 #' @method Anova silvafit
-Anova.silvafit <- strict(function(mod, ...) anova.silvafit(mod, type = "marginal"), c("type", "test.statistic"))
+Anova.silvafit <- strict(function(mod, type = "III", test.statistic = "F", ...) {
+  if (!type %in% c("III", "3", 3)) stop_usage("`type` has to be \"III\": terms of different parameters of a nonlinear model are not marginal to each other, so that type II is not defined")
+  if (!identical(test.statistic, "F")) stop_usage("`test.statistic` has to be \"F\"; for tests of likelihood ratios use drop1()")
+  tests <- anova.silvafit(mod, type = "marginal")
+  structure(tests, heading = paste("Type III:", attr(tests, "heading")))
+})
 
 #' @rdname performance-methods
 #' @method linearHypothesis silvafit
