@@ -18,6 +18,19 @@ new_fit <- function(result, model, call, options, na.action) {
     class = "silvafit")
 }
 
+# Elements that fits of other packages have, and the functions that have them here.
+generics_of_elements <- c(sigma = "sigma", coef = "coef", coefficients = "coef", logLik = "logLik", loglik = "logLik", resid = "residuals", residuals = "residuals",
+                          fitted = "fitted", fitted.values = "fitted", vcov = "vcov", varcov = "vcov", AIC = "AIC", BIC = "BIC", df.residual = "df.residual",
+                          deviance = "deviance", fixef = "fixef", ranef = "ranef", se = "summary", predictions = "predict")
+
+# Elements are internal, and names are not completed.
+`$.silvafit` <- function(x, name) {
+  value <- .subset2(x, name)
+  generic <- generics_of_elements[name]
+  if (is.null(value) && !is.na(generic)) stop_usage("a fit has no element '", name, "'; use ", generic, "(fit)")
+  value
+}
+
 # Groups of a factor have the order of its levels, as in nlme.
 in_order_of_levels <- function(fit, frame) {
   if (length(fit$random) == 0) return(fit)
