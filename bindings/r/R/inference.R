@@ -199,7 +199,18 @@ anova.silvafit <- function(object, ..., type = c("sequential", "marginal"), Term
   compared_fits(fits, names)
 }
 
+# Two fits with data have the same responses in the same groups; the order of the rows may differ.
+require_same_rows <- function(one, other) {
+  if (is.null(one$frame) || is.null(other$frame) || names(one$frame)[1] != names(other$frame)[1]) return(invisible())
+  shared <- Reduce(intersect, list(c(names(one$frame)[1], grouping_names(one), grouping_names(other)), names(one$frame), names(other$frame)))
+  rows <- function(fit) sort(do.call(paste, c(lapply(fit$frame[shared], as.character), sep = "\001")))
+  if (!identical(rows(one), rows(other))) {
+    stop_usage("the fits have other rows or groups, ", nobs(one), " and ", nobs(other), " rows; fit both to the same, for example with `subset`")
+  }
+}
+
 compared_fits <- function(fits, names) {
+  for (fit in fits[-1]) require_same_rows(fits[[1]], fit)
   result <- analysis("compare", objects = lapply(fits, `[[`, "handle"))
   failed <- 1 + unlist(result$json$failed)
   order <- c(1 + result$tables$fits$fit, failed)

@@ -185,3 +185,23 @@ if (requireNamespace("insight", quietly = TRUE) && requireNamespace("performance
   equal_fit <- suppressMessages(silvafit(y ~ m, equal, random = m ~ 1 | g, start = c(m = 2)))
   expect_true(performance::check_singularity(equal_fit))
 }
+
+# Elements are not completed from parts of their names, and those of other packages name their function
+children <- as.data.frame(nlme::Orthodont)
+line <- silvafit(distance ~ a + b * age, children, random = a ~ 1 | Subject)
+for (name in c("resid", "sigma", "coef", "logLik")) expect_equal(class_of_error(eval(call("$", line, name))), "silvafit_usage_error", info = name)
+expect_null(line$resi)
+expect_true(grepl("use residuals(fit)", message_of_error(line$resid), fixed = TRUE))
+
+# Data and fits with the rows in other groups
+file <- tempfile()
+fit_json(line, file)
+set.seed(1)
+other <- transform(children, Subject = rep(sample(unique(as.character(Subject))), each = 4))
+expect_equal(class_of_error(read_fit(file, other)), "silvafit_input_error")
+expect_equal(residuals(read_fit(file, children)), residuals(line), tolerance = 1e-12)
+moved <- transform(children, Subject = sample(Subject))
+expect_equal(class_of_error(anova(line, silvafit(distance ~ a + b * age, moved, random = a + b ~ 1 | Subject))), "silvafit_usage_error")
+expect_equal(class_of_error(anova(line, silvafit(distance ~ a + b * age, children[-1, ]))), "silvafit_usage_error")
+shuffled <- children[sample(108), ]
+expect_equal(anova(silvafit(distance ~ a + b * age, shuffled), line)$L.Ratio, anova(silvafit(distance ~ a + b * age, children), line)$L.Ratio, tolerance = 1e-9)
