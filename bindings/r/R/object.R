@@ -45,22 +45,22 @@ in_order_of_levels <- function(fit, frame) {
   fit
 }
 
-report_convergence <- function(object) {
+report_convergence <- function(object, method = NULL) {
   state <- convergence(object)
   if (!state$converged) {
     warn(paste0("the fit has not converged: ", state$message), "silvafit_convergence_warning", status = state$status)
   } else if (state$status == "boundary") {
     tell(state$message, "silvafit_boundary_message")
-  } else if (has_doubts(object)) {
+  } else if (has_doubts(object) || (object$fit$method == "focei" && !identical(method, "focei"))) {
     tell(state$message)
   }
   invisible(object)
 }
 
-# Whether the message begins with names that may be misspelt columns, or with an unsuitable response.
+# Whether the message begins with names that may be misspelt columns, with an unsuitable response, or names values that were changed.
 has_doubts <- function(object) {
   kinds <- vapply(object$fit$evidence$findings, `[[`, "", "kind")
-  any(kinds %in% c("taken_as_parameter", "response_values"))
+  any(kinds %in% c("taken_as_parameter", "response_values", "floored_values"))
 }
 
 # Names of coefficients and other texts of the C++ libraries with the names that R uses.

@@ -85,7 +85,7 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   for (name in intersect(names(call), names(formals(silvafit)))) call[[name]] <- eval(base::call("substitute", as.name(name)))
   dots <- as.list(substitute(list(...)))[-1]
   for (name in setdiff(names(dots), "")) call[[name]] <- dots[[name]]
-  own <- own_arguments(list(...), call, method)
+  own <- own_arguments(list(...), call, method, reml)
   call <- own$call
   for (name in names(own$values)) assign(name, own$values[[name]])
   if (missing(formula)) stop_usage("`formula` is missing: the model with its parameters, such as h ~ 1.3 + a * (1 - exp(-b * dbh)), or h ~ b0 + b1 * dbh")
@@ -102,6 +102,7 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   given <- data
   # do.call() puts the values into the call.
   if (!is.language(call$data)) call$data <- quote(data)
+  own_groups <- groups
   if (is.null(groups) && inherits(data, "groupedData")) groups <- nlme::getGroupsFormula(data)
   if ("fixed" %in% names(list(...)) && missing(random) && !isTRUE(method %in% c("gnls", "ols")) && !has_bar_summand(formula[[3]])) {
     if (is.null(groups)) stop_usage("`fixed` without `random`: nlme() has random effects of all coefficients then; give `random`, which is NULL for none, or `groups`")
@@ -112,6 +113,7 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   rows <- subset_rows(substitute(subset), data, parent.frame())
   if (!is.null(call$subset)) call$subset <- with_values(substitute(subset), data, parent.frame())
   model <- model_texts(formula, rows_of(data, rows), parameters, random, groups, covariance, variance, correlation, contrasts)
+  check_groups(own_groups, model$texts$random)
   if (is.null(method) && isTRUE(reml) && model$texts$random == "" && model$texts$variance == "" && model$texts$correlation == "" && !has_bar_summand(formula[[3]])) method <- "gnls"
   options <- list(method = method, reml = reml, start = engine_names(start, model, "start"), hold = engine_names(hold, model, "hold"),
                   bounds = bounds_of(engine_names(lower, model, "lower"), engine_names(upper, model, "upper")), starts = starts,
@@ -130,7 +132,7 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   varying <- if (has_random(object)) unlist(lapply(random_terms_of(object), `[[`, "effects"))
   said <- c(names(start), names(hold), names(lower), names(upper), sub(":.*", "", varying))
   tell_unused_numbers(setdiff(sub(":.*", "", names(fixef(object))), said), parent.frame())
-  report_convergence(object)
+  report_convergence(object, method)
   object
 }
 
@@ -196,7 +198,15 @@ model_texts <- function(formula, data, parameters, random, groups, covariance, v
   if (nrow(used) == 0) stop_input("no row has all values that the model needs")
   subs <- sub_models(formulas, used, contrasts)
   effects <- random_effects(random, groups, used, contrasts)
+  if (!is.null(covariance) && !is.null(effects$covariance) && !all(covariance == effects$covariance)) {
+    stop_usage("`covariance` is ", paste(covariance, collapse = ", "), ", but the class of `random` is ", paste(effects$covariance, collapse = ", "), "; give one of them")
+  }
+  if (any(covariance != "diagonal") && grepl("\\) \\+ \\([^|()]*\\) \\|", effects$text)) {
+    stop_usage("`covariance` is ", paste(covariance, collapse = ", "), ", but formulas or blocks of `random` with the same groups are independent; write one formula, such as a + b ~ 1 | plot")
+  }
+  check_coded(contrasts, subs$factors, effects$text)
   variance <- variance_text(variance)
+  check_nesting(correlation, effects, used)
   correlation <- correlation_text(correlation, effects$groups)
   right <- with_offsets(right, subs$offsets)
   columns <- unique(c(response$name, intersect(c(needed, effects$groups, variance_names(variance), correlation_names(correlation)), names(data))))
@@ -212,6 +222,23 @@ check_contrasts <- function(contrasts) {
   if (is.null(contrasts)) return(invisible())
   if (!is.list(contrasts) || is.null(names(contrasts)) || any(names(contrasts) == "")) {
     stop_usage("`contrasts` has to be a named list, such as list(species = \"contr.sum\")")
+  }
+}
+
+# Contrasts of other columns would have no effect.
+check_coded <- function(contrasts, factors, random) {
+  for (name in setdiff(names(contrasts), factors)) {
+    if (!grepl(paste0(name_text(name), " =="), random, fixed = TRUE)) stop_usage("`contrasts`: ", name, " is no factor of the sub-models", if (length(factors) > 0) paste0(", which are ", paste(factors, collapse = ", ")))
+  }
+}
+
+# `groups` has effect for random effects that name no groups.
+check_groups <- function(groups, random) {
+  if (is.null(groups)) return(invisible())
+  groups <- as_formula(groups, "groups")
+  if (length(groups) != 2) stop_formula("`groups` has one side, such as ~ plot, not ", deparse1(groups))
+  if (!all(all.vars(groups) %in% text_groups(random))) {
+    stop_usage("`groups` is ", deparse1(groups), ", but ", if (random == "") "no `random` takes it" else paste0("`random` names its groups, ", random), "; omit `groups`")
   }
 }
 
