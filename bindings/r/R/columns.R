@@ -15,6 +15,8 @@ not_numbers <- c("Date", "POSIXt", "difftime", "integer64")
 # \param names  columns to take; all, without those that are neither numbers nor texts, if NULL
 plain_columns <- function(data, names = NULL) {
   if (is.null(names)) {
+    # Dates of inventories are texts, also as labels.
+    for (name in base::names(data)) if (inherits(data[[name]], c("Date", "POSIXt"))) data[[name]] <- ifelse(is.na(data[[name]]), NA, format(data[[name]]))
     usable <- vapply(data, function(column) {
       (is.factor(column) || is.character(column) || is.logical(column) || is.numeric(column)) &&
         is.null(dim(column)) && !inherits(column, not_numbers)

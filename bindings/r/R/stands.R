@@ -227,6 +227,7 @@ print.silvafit_stand <- strict(function(x, digits = 3, ...) {
 #'
 #' @inheritParams inventory-arguments
 #' @eval setting_params("imputation")
+#' @param seed seed of `add_residual`; without it, it is drawn by R, so that [set.seed()] has effect
 #' @param ... further [settings] of the table
 #' @return `trees` with the response filled in, under its name in `trees`, and the columns `RESPONSE_source` (measured, imputed, missing), `RESPONSE_level`
 #'   (plot, stand, population) and `RESPONSE_flag`, and with `coverage` the limits `RESPONSE_lower` and `RESPONSE_upper`. The attribute `models` is a list of the fits, objects of class `silvafit` without data (see [read_fit()]).
@@ -237,10 +238,12 @@ print.silvafit_stand <- strict(function(x, digits = 3, ...) {
 #' filled <- impute(trees, "h", formula = h ~ 1.3 + a * (1 - exp(-b * dbh)), trust_units = TRUE)
 #' head(filled)
 impute <- function(trees, response = "h", group = "", by = "", minimum_trees = 30, formula = NULL, models = NULL, random = "", variance = NULL, method = "",
-                   add_residual = FALSE, coverage = NULL, seed = 1, columns = NULL, dead = NULL, trust_units = FALSE, threads = 0, progress = interactive(), ...) {
+                   add_residual = FALSE, coverage = NULL, seed = NULL, columns = NULL, dead = NULL, trust_units = FALSE, threads = 0, progress = interactive(), ...) {
   if (inherits(formula, "formula")) formula <- with_pi(paste(expression_text(formula[[2]]), "~", expression_text(formula[[3]])), names(trees))
+  if (is.null(seed)) seed <- if (isTRUE(add_residual)) drawn_seed() else 1
   result <- analysis_of_call("impute", trees, c("reading", "imputation"), list(formula = formula, variance = variance_text(variance)))
   tell_notes(result$json$sentences)
+  if (isTRUE(add_residual)) tell(paste0("imputed values have drawn residuals (seed = ", seed, ")"))
   filled <- if (is.character(trees)) utils::read.csv(trees, check.names = FALSE) else trees
   columns <- result$tables$columns
   for (name in names(columns)) {
