@@ -80,7 +80,7 @@ names_of_components <- function(x) {
 #' @rdname broom-methods
 glance.silvafit <- strict(function(x, ...) {
   as_tibble_if_there(data.frame(
-    sigma = sigma(x), logLik = as.numeric(logLik(x)), AIC = number_or_na(x$fit$aic), BIC = number_or_na(x$fit$bic), nobs = nobs(x),
+    sigma = sigma(x), logLik = as.numeric(logLik(x)), AIC = number_or_na(x$fit$aic), BIC = stats::BIC(x), nobs = nobs(x),
     df.residual = df.residual(x), method = x$fit$method, converged = x$fit$converged,
     r2.marginal = number_or_na(x$fit$r2_marginal), r2.conditional = number_or_na(x$fit$r2_conditional)))
 })
@@ -162,5 +162,6 @@ emm_basis.silvafit <- function(object, trms, xlev, grid, param, ...) {
   if (anyNA(at)) stop_usage("the coefficients ", paste(columns[is.na(at)], collapse = ", "), " are not in the fit")
   df <- fixed_table(object)[at, "DF"]
   list(X = matrix, bhat = fixef(object)[at], nbasis = matrix(NA), V = vcov(object)[at, at, drop = FALSE],
-       dffun = function(k, dfargs) dfargs$df, dfargs = list(df = min(df, na.rm = TRUE)), misc = list())
+       # The coefficients of the contrast, as of lme().
+       dffun = function(k, dfargs) min(dfargs$df[abs(k) > 1e-8], na.rm = TRUE), dfargs = list(df = df), misc = list())
 }

@@ -216,7 +216,7 @@ compared_fits <- function(fits, names) {
   order <- c(1 + result$tables$fits$fit, failed)
   fits <- fits[order]
   value <- function(key) vapply(fits, function(fit) number_or_na(fit$fit[[key]]), 0)
-  table <- data.frame(Model = seq_along(fits), df = value("k"), AIC = value("aic"), BIC = value("bic"), logLik = value("log_likelihood"),
+  table <- data.frame(Model = seq_along(fits), df = value("k"), AIC = value("aic"), BIC = vapply(fits, stats::BIC, 0), logLik = value("log_likelihood"),
                       Test = "", L.Ratio = NA_real_, "p-value" = NA_real_, check.names = FALSE, row.names = make.unique(names[order]))
   tests <- as.data.frame(result$tables$tests)
   pair <- paste(1 + tests$smaller, "vs", 1 + tests$larger)

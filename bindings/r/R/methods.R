@@ -164,7 +164,7 @@ as.data.frame.VarCorr.silvafit <- strict(function(x, row.names = NULL, optional 
 
 #' Likelihood, degrees of freedom, data and formula of a fit
 #'
-#' The information criteria have the number of observations in `BIC`, as in nlme.
+#' The information criteria have the number of observations in `BIC`, as in nlme; for REML without the number of fixed effects.
 #'
 #' @inheritParams estimates
 #' @param formula as in the generic
@@ -180,7 +180,7 @@ NULL
 
 #' @rdname likelihood
 logLik.silvafit <- strict(function(object, ...) {
-  structure(number_or_na(object$fit$log_likelihood), df = object$fit$k, nobs = object$fit$n,
+  structure(number_or_na(object$fit$log_likelihood), df = object$fit$k, nobs = if (isTRUE(object$fit$reml)) df.residual(object) else object$fit$n,
             nall = object$fit$n, class = "logLik")
 }, instead = c(REML = "the fit has the likelihood that it maximizes; refit with update(fit, reml = ...)"))
 
@@ -191,7 +191,10 @@ nobs.silvafit <- strict(function(object, ...) as.integer(object$fit$n), "use.fal
 df.residual.silvafit <- strict(function(object, ...) nobs(object) - sum(!is.na(fixed_table(object)[, "Std.Error"])))
 
 #' @rdname likelihood
-deviance.silvafit <- strict(function(object, ...) -2 * number_or_na(object$fit$log_likelihood))
+#' @details `deviance()` is the sum of squares of ordinary least squares, as of [stats::nls()]; of other fits -2 times the log-likelihood.
+deviance.silvafit <- strict(function(object, ...) {
+  if (object$fit$method == "ols") sigma(object)^2 * df.residual(object) else -2 * number_or_na(object$fit$log_likelihood)
+})
 
 #' @rdname likelihood
 #' @param fit a fit of [silvafit()]
@@ -443,8 +446,7 @@ with_data <- function(object, data) {
   response <- response_of(object$formula, data)
   data[[response$name]] <- if (is.null(response$values)) data[[response$name]] else response$values
   fit <- object$fit
-  of_variance <- unlist(lapply(c(list(fit$variance), fit$variance$factors), function(one) c(one$of, one$strata)))
-  columns <- intersect(unique(c(response$name, names(fit$ranges), names(fit$levels), grouping_names(object), of_variance, correlation_names(fit$correlation$structure))),
+  columns <- intersect(unique(c(response$name, names(fit$ranges), names(fit$levels), grouping_names(object), variance_columns(fit), correlation_names(fit$correlation$structure))),
                        names(data))
   frame <- data[columns]
   found <- analysis_of_fit("residuals", object, data = frame)

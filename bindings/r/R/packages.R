@@ -44,7 +44,7 @@ performance_aicc.silvafit <- function(x, ...) number_or_na(x$fit$aicc)
 #' @param metrics names of the measures, or `"all"`
 model_performance.silvafit <- strict(function(model, metrics = "all", ...) {
   r2 <- lapply(list(R2_conditional = model$fit$r2_conditional, R2_marginal = model$fit$r2_marginal), number_or_na)
-  all <- c(list(AIC = number_or_na(model$fit$aic), AICc = number_or_na(model$fit$aicc), BIC = number_or_na(model$fit$bic)),
+  all <- c(list(AIC = number_or_na(model$fit$aic), AICc = number_or_na(model$fit$aicc), BIC = stats::BIC(model)),
            if (has_random(model)) c(r2, ICC = (r2[[1]] - r2[[2]]) / (1 - r2[[2]])) else list(R2 = number_or_na(model$fit$statistics$population$r2)),
            list(RMSE = if (is.null(model$frame)) NA_real_ else sqrt(mean(residuals(model)^2, na.rm = TRUE)), Sigma = sigma(model)))
   if (!identical(metrics, "all")) {
@@ -198,6 +198,18 @@ coeftest.silvafit <- strict(function(x, vcov. = NULL, df = NULL, ...) {
   result <- cbind(Estimate = table[, "Value"], "Std. Error" = error, "t value" = t, "Pr(>|t|)" = 2 * stats::pt(-abs(t), df))
   structure(result, class = "coeftest", method = "t test of coefficients", df = df, nobs = nobs(x), logLik = logLik(x))
 }, "save")
+
+#' @rdname performance-methods
+#' @details `lrtest()` stops for fits that [anova.silvafit()] does not compare: to other rows or groups, or by REML with other fixed effects.
+lrtest.silvafit <- function(object, ...) {
+  fits <- Filter(function(one) inherits(one, "silvafit"), list(object, ...))
+  for (fit in fits[-1]) {
+    require_same_rows(object, fit)
+    is_other <- !identical(names(fixef(fit)), names(fixef(object))) || !identical(fit$formula, object$formula)
+    if (is_other && (isTRUE(object$fit$reml) || isTRUE(fit$fit$reml))) stop_usage("fits by REML with different fixed effects cannot be compared; use update(fit, method = \"ML\")")
+  }
+  utils::getS3method("lrtest", "default", envir = asNamespace("lmtest"))(object, ...)
+}
 
 #' @rdname performance-methods
 #' @param parm,level as in [confint.silvafit()]
