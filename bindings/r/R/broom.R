@@ -145,7 +145,8 @@ sub_model_of <- function(object, param) {
 
 #' @rdname emmeans-methods
 recover_data.silvafit <- function(object, param, data = NULL, ...) {
-  needs_data(object, "emmeans()")
+  # A text is the message of an error there.
+  if (is.null(object$arguments)) return("the fit was read from a file; emmeans() needs a fit that silvafit() has made in R")
   terms <- stats::delete.response(stats::terms(sub_model_of(object, param)))
   frame <- object$frame
   for (name in names(frame)) if (is.character(frame[[name]])) frame[[name]] <- factor(frame[[name]])

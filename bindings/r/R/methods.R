@@ -40,7 +40,7 @@ fixef.silvafit <- strict(function(object, ...) {
 #' @param se add the conditional standard errors of the effects as attribute `se`
 #' @param condVar as in lme4: add the conditional covariance matrices of the effects as attribute `postVar`, an array with a
 #'   matrix for each group
-ranef.silvafit <- function(object, se = FALSE, condVar = FALSE, ...) {
+ranef.silvafit <- function(object, ..., se = FALSE, condVar = FALSE) {
   check_flag(se, "se")
   check_flag(condVar, "condVar")
   terms <- random_terms_of(object)
@@ -51,7 +51,8 @@ ranef.silvafit <- function(object, se = FALSE, condVar = FALSE, ...) {
     effects <- lapply(terms, function(term) with_uncertainty(term$modes, term, se, condVar))
     return(if (length(effects) == 1) effects[[1]] else effects)
   }
-  call <- match.call()
+  # coef() of nlme gives arguments by position.
+  call <- match.call(utils::getS3method("ranef", "lme", envir = asNamespace("nlme")), match.call())
   call[intersect(c("se", "condVar"), names(call))] <- NULL
   effects <- by_nlme("ranef", call, parent.frame(), also = c("se", "condVar"))
   if (!se && !condVar) return(effects)
@@ -104,6 +105,7 @@ number_or_na <- function(value) if (is.null(value)) NA_real_ else as.numeric(val
 #'   `stddev` and `correlation`; it is printed as by nlme, and `as.data.frame()` makes a table of it.
 VarCorr.silvafit <- strict(function(x, sigma = 1, ...) {
   if (!identical(as.numeric(sigma), 1)) stop_usage("`sigma` has to be 1; multiply the standard deviations instead")
+  if (!has_random(x)) stop_usage("the fit has no random effects; sigma(fit) is the residual standard deviation")
   result <- lapply(random_terms_of(x), function(term) {
     deviation <- stats::setNames(sqrt(diag(term$covariance)), term$effects)
     structure(term$covariance, stddev = deviation, correlation = term$covariance / outer(deviation, deviation), form = term$form)
@@ -435,14 +437,37 @@ read_fit <- function(file, data = NULL) {
 stored_fit <- function(read, call) {
   fit <- read$fit
   formula <- tryCatch(stats::as.formula(fit$formula, env = globalenv()), error = function(e) NULL)
-  structure(list(call = call, formula = formula, texts = NULL, labels = character(), handle = read$handle, fit = fit, frame = NULL,
+  structure(list(call = call, formula = formula, texts = NULL, labels = labels_of_levels(fit), handle = read$handle, fit = fit, frame = NULL,
                  fitted_values = NULL, residual_sd = NULL), class = "silvafit")
+}
+
+# Names of the coefficients of levels as R has them: a:SexMale for a:(Sex == "Male").
+labels_of_levels <- function(fit) {
+  names <- names(fit$fixed)
+  labels <- names
+  # Those of other contrasts are sums of comparisons.
+  is_level <- !grepl(":I(", names, fixed = TRUE)
+  for (column in names(fit$levels)) {
+    for (level in unlist(fit$levels[[column]])) labels[is_level] <- gsub(paste0("(", name_text(column), " == ", string_text(level), ")"), paste0(column, level), labels[is_level], fixed = TRUE)
+  }
+  stats::setNames(labels, names)[names != labels]
+}
+
+# A left side such as log(h), which a file has as a name, unless it is one of a column.
+with_left_side <- function(formula, data) {
+  left <- formula[[2]]
+  if (!is.name(left) || as.character(left) %in% names(data)) return(formula)
+  parsed <- tryCatch(str2lang(as.character(left)), error = function(e) left)
+  functions <- setdiff(all.names(parsed), all.vars(parsed))
+  if (all(functions %in% c(known_functions, names(operator_precedence), "("))) formula[[2]] <- parsed
+  formula
 }
 
 with_data <- function(object, data) {
   given <- data
   data <- check_data(data)
   if (is.null(object$formula)) stop_usage("the formula of the fit, ", object$fit$formula, ", has no meaning in R")
+  object$formula <- with_left_side(object$formula, data)
   response <- response_of(object$formula, data)
   data[[response$name]] <- if (is.null(response$values)) data[[response$name]] else response$values
   fit <- object$fit

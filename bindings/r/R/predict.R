@@ -164,7 +164,7 @@ predict_levels <- function(object, newdata, levels, says_new, ...) {
 # The columns that the model reads. A missing response is no error unless calibration needs it.
 prediction_data <- function(object, newdata, level) {
   newdata <- check_data(in_units_of_fit(newdata, object), "newdata")
-  left <- if (is.null(object$formula)) NULL else object$formula[[2]]
+  left <- if (is.null(object$formula)) NULL else with_left_side(object$formula, newdata)[[2]]
   response <- deparse1(left)
   if (!is.null(left) && !is.name(left) && !response %in% names(newdata) && all(all.vars(left) %in% names(newdata))) {
     newdata[[response]] <- eval(left, newdata, environment(object$formula))

@@ -191,6 +191,8 @@ model_texts <- function(formula, data, parameters, random, groups, covariance, v
   right <- formula[[3]]
   if ("." %in% all.names(right)) stop_formula("'.' cannot be used in the formula; name the columns")
   formulas <- sub_model_formulas(parameters)
+  columns <- intersect(names(formulas), names(data))
+  if (length(columns) > 0) stop_formula("`parameters`: ", columns[1], " is a column of the data, so that it is no parameter of the formula; rename one of them")
   check_contrasts(contrasts)
   needed <- c(all.vars(right), unlist(lapply(formulas, all.vars)))
   complete <- stats::complete.cases(check_columns(data[intersect(c(needed, response$name), names(data))]))

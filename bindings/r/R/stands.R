@@ -168,8 +168,11 @@ structural_units <- function(trees, window = NULL, edge = "buffer", buffer = 5, 
     }), "trees")
   }
   attr(table, "summary") <- result$json
-  table
+  own_copy(table)
 }
+
+# A data.table whose columns were set by other means than its own needs a copy before `:=`.
+own_copy <- function(table) if (inherits(table, "data.table")) data.table::copy(table) else table
 
 #' Stand tables of an inventory
 #'
@@ -251,7 +254,7 @@ impute <- function(trees, response = "h", group = "", by = "", minimum_trees = 3
     filled[[name]] <- with_unit_of(columns[[name]], filled[[name]], tree_units[tolower(name)])
   }
   attr(filled, "models") <- lapply(result$fits, stored_fit, call = match.call())
-  filled
+  own_copy(filled)
 }
 
 # Values in the unit of a column that had them in part.
@@ -360,7 +363,7 @@ predict.silvafit_library <- function(object, newdata, level = "population", inte
   predicted <- as.data.frame(result$tables$columns, check.names = FALSE)
   table <- if (is.character(newdata)) utils::read.csv(newdata, check.names = FALSE) else newdata
   if (nrow(table) != nrow(predicted)) stop_input("the predicted rows are not those of `newdata`")
-  with_columns(table, predicted, "newdata")
+  own_copy(with_columns(table, predicted, "newdata"))
 }
 
 #' Grow trees into a 3D file

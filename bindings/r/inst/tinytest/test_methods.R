@@ -205,3 +205,23 @@ expect_equal(class_of_error(anova(line, silvafit(distance ~ a + b * age, moved, 
 expect_equal(class_of_error(anova(line, silvafit(distance ~ a + b * age, children[-1, ]))), "silvafit_usage_error")
 shuffled <- children[sample(108), ]
 expect_equal(anova(silvafit(distance ~ a + b * age, shuffled), line)$L.Ratio, anova(silvafit(distance ~ a + b * age, children), line)$L.Ratio, tolerance = 1e-9)
+
+# Coefficients beside the data, as nlme has them for groups with the same columns
+theirs <- nlme::lme(distance ~ age, children, random = ~ 1 | Subject, method = "ML")
+expect_equal(unname(as.matrix(coef(line, augFrame = TRUE)[, 1:2])), unname(as.matrix(coef(theirs, augFrame = TRUE)[, 1:2])), tolerance = 1e-5)
+expect_equal(coef(line, augFrame = TRUE)$Sex, coef(theirs, augFrame = TRUE)$Sex)
+expect_equal(class_of_error(VarCorr(silvafit(distance ~ a + b * age, children))), "silvafit_usage_error")
+expect_true(grepl("b is a column", message_of_error(silvafit(distance ~ a + b * age, transform(children, b = 1), parameters = a + b ~ 1))))
+
+# Files: a left side that is an expression, and the names of levels
+logarithmic <- silvafit(log(distance) ~ a + b * age, children, random = a ~ 1 | Subject, parameters = a ~ Sex)
+fit_json(logarithmic, file)
+expect_equal(fixef(read_fit(file)), fixef(logarithmic))
+expect_equal(residuals(read_fit(file, children)), residuals(logarithmic), tolerance = 1e-12)
+if (requireNamespace("data.table", quietly = TRUE)) {
+  trees <- data.frame(plot = 1, tree = 1:12, species = "A", x = c(1:6, 6:1), y = rep(c(1, 4), each = 6), dbh = 10:21, h = 10)
+  options(warn = 2)
+  table <- suppressMessages(structural_units(data.table::as.data.table(trees), edge = "none", trust_units = TRUE))
+  expect_true("new" %in% names(table[, `:=`(new, 1)]))
+  options(warn = 0)
+}
