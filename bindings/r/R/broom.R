@@ -40,7 +40,7 @@ tidy.silvafit <- strict(function(x, effects = c("fixed", "ran_pars"), conf.int =
                               df = table[, "DF"], statistic = table[, "t-value"], p.value = table[, "p-value"])
   }
   if ("ran_pars" %in% effects) {
-    components <- as.data.frame(VarCorr(x))
+    components <- as.data.frame(variance_components(x))
     term <- ifelse(is.na(components$var1), "sd__Observation",
                    ifelse(is.na(components$var2), paste0("sd__", components$var1), paste0("cor__", components$var1, ".", components$var2)))
     parts$random <- data.frame(effect = "ran_pars", group = components$grp, term = term, estimate = components$sdcor, std.error = NA_real_,
@@ -71,7 +71,7 @@ tidy_groups <- function(x, kind) {
 
 # The names that intervals have for the rows of as.data.frame(VarCorr(x)).
 names_of_components <- function(x) {
-  components <- as.data.frame(VarCorr(x))
+  components <- as.data.frame(variance_components(x))
   suffix <- if (length(grouping_counts(x)) > 1) paste0(" | ", components$grp) else ""
   ifelse(is.na(components$var1), "sigma", ifelse(is.na(components$var2), paste0("sd(", components$var1, suffix, ")"),
                                                  paste0("cor(", components$var1, ", ", components$var2, suffix, ")")))

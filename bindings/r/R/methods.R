@@ -106,12 +106,16 @@ number_or_na <- function(value) if (is.null(value)) NA_real_ else as.numeric(val
 VarCorr.silvafit <- strict(function(x, sigma = 1, ...) {
   if (!identical(as.numeric(sigma), 1)) stop_usage("`sigma` has to be 1; multiply the standard deviations instead")
   if (!has_random(x)) stop_usage("the fit has no random effects; sigma(fit) is the residual standard deviation")
+  variance_components(x)
+})
+
+variance_components <- function(x) {
   result <- lapply(random_terms_of(x), function(term) {
     deviation <- stats::setNames(sqrt(diag(term$covariance)), term$effects)
     structure(term$covariance, stddev = deviation, correlation = term$covariance / outer(deviation, deviation), form = term$form)
   })
   structure(result, sc = sigma(x), class = "VarCorr.silvafit")
-})
+}
 
 # Two indices are those of nlme's matrix, as in VarCorr(fit)[, "StdDev"].
 `[.VarCorr.silvafit` <- function(x, i, j, ..., drop = TRUE) {

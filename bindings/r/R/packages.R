@@ -73,7 +73,7 @@ model_parameters.silvafit <- function(model, ci = 0.95, effects = "all", ...) {
   if (!effects %in% c("all", "fixed", "random")) stop_usage("`effects` has to be \"all\", \"fixed\" or \"random\"")
   fixed <- utils::getS3method("model_parameters", "default", envir = asNamespace("parameters"))(model, ci = ci, effects = "fixed", ...)
   if (effects == "fixed" || !has_random(model)) return(fixed)
-  components <- as.data.frame(VarCorr(model))
+  components <- as.data.frame(variance_components(model))
   term <- ifelse(is.na(components$var1), "SD (Observations)", ifelse(is.na(components$var2), paste0("SD (", components$var1, ")"),
                                                                       paste0("Cor (", components$var1, "~", components$var2, ")")))
   random <- as.data.frame(fixed)[rep(NA_integer_, length(term)), ]

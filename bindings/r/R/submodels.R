@@ -141,7 +141,7 @@ variable_columns <- function(variable, has_all_levels, data, environment, contra
 factor_column_of <- function(variable) {
   if (is.name(variable)) return(as.character(variable))
   if (is.call(variable) && as.character(variable[[1]])[1] %in% c("factor", "as.factor") && length(variable) == 2 &&
-      is.name(variable[[2]]) && names(variable)[2] %in% c(NULL, "", "x")) {
+      is.name(variable[[2]]) && (is.null(names(variable)) || names(variable)[2] %in% c("", "x"))) {
     return(as.character(variable[[2]]))
   }
   NULL

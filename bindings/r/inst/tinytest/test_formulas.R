@@ -38,6 +38,11 @@ same_as_lm(a ~ 0 + flag, distance ~ 0 + flag + age)
 same_as_lm(a ~ flag:z, distance ~ flag:z + age)
 same_as_lm(a ~ 0 + I(flag), distance ~ 0 + I(flag) + age)
 same_as_lm(a ~ 0 + ifelse(z > 2, flag, TRUE), distance ~ 0 + ifelse(z > 2, flag, TRUE) + age)
+children$g <- rep(1:3, 36)
+same_as_lm(a ~ factor(g):z, distance ~ factor(g):z + age)
+same_as_lm(a ~ as.factor(x = g), distance ~ as.factor(x = g) + age)
+refused <- class_of_error(silvafit(distance ~ a, children, parameters = a ~ factor(labels = g)))
+expect_equal(refused, "silvafit_formula_error")
 
 # pi is a number unless a column has this name
 children$pi <- children$z

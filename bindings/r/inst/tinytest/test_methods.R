@@ -210,6 +210,7 @@ expect_equal(anova(silvafit(distance ~ a + b * age, shuffled), line)$L.Ratio, an
 theirs <- nlme::lme(distance ~ age, children, random = ~ 1 | Subject, method = "ML")
 expect_equal(unname(as.matrix(coef(line, augFrame = TRUE)[, 1:2])), unname(as.matrix(coef(theirs, augFrame = TRUE)[, 1:2])), tolerance = 1e-5)
 expect_equal(coef(line, augFrame = TRUE)$Sex, coef(theirs, augFrame = TRUE)$Sex)
+expect_true(length(capture.output(print(summary(silvafit(distance ~ a + b * age, children))))) > 10)
 expect_equal(class_of_error(VarCorr(silvafit(distance ~ a + b * age, children))), "silvafit_usage_error")
 expect_true(grepl("b is a column", message_of_error(silvafit(distance ~ a + b * age, transform(children, b = 1), parameters = a + b ~ 1))))
 
