@@ -251,7 +251,9 @@ impute <- function(trees, response = "h", group = "", by = "", minimum_trees = 3
   columns <- result$tables$columns
   for (name in names(columns)) {
     if (length(columns[[name]]) != nrow(filled)) stop_input("the imputed rows are not those of `trees`")
-    filled[[name]] <- with_unit_of(columns[[name]], filled[[name]], tree_units[tolower(name)])
+    # Limits have the unit of their column.
+    measured <- sub("_(lower|upper)$", "", name)
+    filled[[name]] <- with_unit_of(columns[[name]], filled[[measured]], tree_units[tolower(measured)])
   }
   attr(filled, "models") <- lapply(result$fits, stored_fit, call = match.call())
   own_copy(filled)

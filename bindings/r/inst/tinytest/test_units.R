@@ -51,6 +51,8 @@ if (requireNamespace("units", quietly = TRUE)) {
   bare <- trees
   bare$h[seq(2, 60, 2)] <- NA
   expect_equal(quietly(impute(gaps, "h", random = "none", trust_units = TRUE))$h, as_unit(quietly(impute(bare, "h", random = "none", trust_units = TRUE))$h, "m", "ft"), tolerance = 1e-9)
+  limits <- function(table) quietly(impute(table, "h", random = "none", coverage = 0.9, trust_units = TRUE))$h_upper
+  expect_equal(limits(gaps), as_unit(limits(bare), "m", "ft"), tolerance = 1e-9)
 
   # Fits have the units of their data
   curve <- h ~ 1.3 + a * (1 - exp(-b * dbh))
