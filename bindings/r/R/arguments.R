@@ -10,7 +10,7 @@ absent_arguments <- c(naPattern = "use `subset`", keep.data = "a fit has its dat
 #
 # \param given   list(...)
 # \return        call, with its own names, and the values of arguments that differ from what the caller has
-own_arguments <- function(given, call, method) {
+own_arguments <- function(given, call, method, reml) {
   no_further(given, c(names(renamed_arguments), "control", "nAGQ"), absent_arguments, formals(silvafit))
   if (is.numeric(unlist(given$fixed)) && !is.null(given$fixed)) stop_usage("`fixed` has formulas, as in nlme; to hold coefficients at values, use hold = c(R0 = -8)")
   values <- list()
@@ -21,10 +21,15 @@ own_arguments <- function(given, call, method) {
     values[own] <- given[name]
   }
   set <- list()
-  if (is.character(method) && length(method) == 1 && toupper(method) %in% c("ML", "REML")) set <- list(method = NULL, reml = toupper(method) == "REML")
+  if (is.character(method) && length(method) == 1 && toupper(method) %in% c("ML", "REML")) {
+    set <- list(method = NULL, reml = toupper(method) == "REML")
+    if ("reml" %in% names(call) && isTRUE(if (is.null(given$REML)) reml else given$REML) != set$reml) stop_usage("`method` is \"", method, "\", but `reml` is ", !set$reml, "; give one of them")
+  }
   if (!is.null(given$nAGQ) && !is.null(method)) stop_usage("give either `method` or `nAGQ`")
   if (!is.null(given$nAGQ)) set <- c(set, arguments_of_quadrature(given$nAGQ))
   set <- c(set, arguments_of_control(given$control))
+  twice <- setdiff(intersect(names(set), names(call)), c("method", "reml"))
+  if (length(twice) > 0) stop_usage("`", twice[1], "` is set by `", if (twice[1] == "agq_points") "nAGQ" else "control", "`, too; give one of them")
   for (name in intersect(c(names(set), "control", "nAGQ"), names(call))) call[[name]] <- NULL
   for (name in names(set)) if (!is.null(set[[name]])) call[[name]] <- set[[name]]
   list(call = call, values = c(values, set))
@@ -42,6 +47,7 @@ arguments_of_control <- function(control) {
   if (!is.list(control) || inherits(control, "merControl")) stop_usage("`control` has to be a list such as nlmeControl(maxIter = 100)")
   defaults <- list(nlme::nlmeControl(), nlme::gnlsControl(), nlme::lmeControl(), nlme::glsControl(), stats::nls.control())
   known <- unique(unlist(lapply(defaults, names)))
+  if (length(control) > 0 && (is.null(names(control)) || any(names(control) == ""))) stop_usage("`control`: an element has no name; write, for example, list(maxIter = 100)")
   unknown <- setdiff(names(control), known)
   if (length(unknown) > 0) stop_unknown(unknown[1], known, "`control`: unknown element")
   for (default in defaults) {

@@ -40,7 +40,7 @@ tidy.silvafit <- strict(function(x, effects = c("fixed", "ran_pars"), conf.int =
                               df = table[, "DF"], statistic = table[, "t-value"], p.value = table[, "p-value"])
   }
   if ("ran_pars" %in% effects) {
-    components <- as.data.frame(VarCorr(x))
+    components <- as.data.frame(variance_components(x))
     term <- ifelse(is.na(components$var1), "sd__Observation",
                    ifelse(is.na(components$var2), paste0("sd__", components$var1), paste0("cor__", components$var1, ".", components$var2)))
     parts$random <- data.frame(effect = "ran_pars", group = components$grp, term = term, estimate = components$sdcor, std.error = NA_real_,
@@ -71,7 +71,7 @@ tidy_groups <- function(x, kind) {
 
 # The names that intervals have for the rows of as.data.frame(VarCorr(x)).
 names_of_components <- function(x) {
-  components <- as.data.frame(VarCorr(x))
+  components <- as.data.frame(variance_components(x))
   suffix <- if (length(grouping_counts(x)) > 1) paste0(" | ", components$grp) else ""
   ifelse(is.na(components$var1), "sigma", ifelse(is.na(components$var2), paste0("sd(", components$var1, suffix, ")"),
                                                  paste0("cor(", components$var1, ", ", components$var2, suffix, ")")))
@@ -80,7 +80,7 @@ names_of_components <- function(x) {
 #' @rdname broom-methods
 glance.silvafit <- strict(function(x, ...) {
   as_tibble_if_there(data.frame(
-    sigma = sigma(x), logLik = as.numeric(logLik(x)), AIC = number_or_na(x$fit$aic), BIC = number_or_na(x$fit$bic), nobs = nobs(x),
+    sigma = sigma(x), logLik = as.numeric(logLik(x)), AIC = number_or_na(x$fit$aic), BIC = stats::BIC(x), nobs = nobs(x),
     df.residual = df.residual(x), method = x$fit$method, converged = x$fit$converged,
     r2.marginal = number_or_na(x$fit$r2_marginal), r2.conditional = number_or_na(x$fit$r2_conditional)))
 })
@@ -145,7 +145,8 @@ sub_model_of <- function(object, param) {
 
 #' @rdname emmeans-methods
 recover_data.silvafit <- function(object, param, data = NULL, ...) {
-  needs_data(object, "emmeans()")
+  # A text is the message of an error there.
+  if (is.null(object$arguments)) return("the fit was read from a file; emmeans() needs a fit that silvafit() has made in R")
   terms <- stats::delete.response(stats::terms(sub_model_of(object, param)))
   frame <- object$frame
   for (name in names(frame)) if (is.character(frame[[name]])) frame[[name]] <- factor(frame[[name]])
@@ -162,5 +163,6 @@ emm_basis.silvafit <- function(object, trms, xlev, grid, param, ...) {
   if (anyNA(at)) stop_usage("the coefficients ", paste(columns[is.na(at)], collapse = ", "), " are not in the fit")
   df <- fixed_table(object)[at, "DF"]
   list(X = matrix, bhat = fixef(object)[at], nbasis = matrix(NA), V = vcov(object)[at, at, drop = FALSE],
-       dffun = function(k, dfargs) dfargs$df, dfargs = list(df = min(df, na.rm = TRUE)), misc = list())
+       # The coefficients of the contrast, as of lme().
+       dffun = function(k, dfargs) min(dfargs$df[abs(k) > 1e-8], na.rm = TRUE), dfargs = list(df = df), misc = list())
 }

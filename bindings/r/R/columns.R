@@ -15,6 +15,8 @@ not_numbers <- c("Date", "POSIXt", "difftime", "integer64")
 # \param names  columns to take; all, without those that are neither numbers nor texts, if NULL
 plain_columns <- function(data, names = NULL) {
   if (is.null(names)) {
+    # Dates of inventories are texts, also as labels.
+    for (name in base::names(data)) if (inherits(data[[name]], c("Date", "POSIXt"))) data[[name]] <- ifelse(is.na(data[[name]]), NA, format(data[[name]]))
     usable <- vapply(data, function(column) {
       (is.factor(column) || is.character(column) || is.logical(column) || is.numeric(column)) &&
         is.null(dim(column)) && !inherits(column, not_numbers)
@@ -26,7 +28,7 @@ plain_columns <- function(data, names = NULL) {
   columns
 }
 
-# Points of sf become the columns x and y.
+# Points of sf become the columns x and y, in meters.
 without_geometry <- function(data) {
   if (!inherits(data, "sf")) return(data)
   if (!requireNamespace("sf", quietly = TRUE)) stop_usage("data of class sf need the package sf")
@@ -34,11 +36,49 @@ without_geometry <- function(data) {
   plain <- sf::st_drop_geometry(data)
   if (all(sf::st_geometry_type(geometry) == "POINT")) {
     coordinates <- sf::st_coordinates(geometry)
-    if (!"x" %in% names(plain)) plain$x <- coordinates[, 1]
-    if (!"y" %in% names(plain)) plain$y <- coordinates[, 2]
-    if (ncol(coordinates) >= 3 && !"z" %in% names(plain)) plain$z <- coordinates[, 3]
+    meters <- meters_of(geometry, "the points")
+    for (i in seq_len(ncol(coordinates))) {
+      name <- c("x", "y", "z")[i]
+      # st_as_sf(remove = FALSE) leaves the coordinates as columns.
+      if (is.null(plain[[name]]) || has_values(plain[[name]], coordinates[, i])) plain[[name]] <- coordinates[, i] * meters
+    }
   }
   plain
+}
+
+# The unit of the coordinates of a geometry in meters; 1 for degrees, which inventories refuse, and without a coordinate reference system.
+meters_of <- function(geometry, what) {
+  system <- sf::st_crs(geometry)
+  if (is.na(system) || isTRUE(sf::st_is_longlat(system)) || isTRUE(system$units_gdal %in% c("metre", "meter"))) return(1)
+  meters <- tryCatch(as.double(units::set_units(system$ud_unit, "m", mode = "standard")), error = function(e) NA)
+  # sf takes units that it does not know for meters.
+  if (!isTRUE(meters != 1)) stop_input("the unit of the coordinates of ", what, ", ", system$units_gdal, ", is not known; use sf::st_transform() to a coordinate reference system in meters")
+  meters
+}
+
+# Units of the columns of class `units`, by name.
+units_of <- function(data) {
+  if (!is.data.frame(data)) return(character())
+  vapply(Filter(function(column) inherits(column, "units"), as.list(data)), units::deparse_unit, "")
+}
+
+# Numbers in another unit.
+in_unit <- function(values, unit, what) {
+  as.double(tryCatch(units::set_units(values, unit, mode = "standard"),
+                     error = function(e) stop_input(what, " has the unit ", units::deparse_unit(values), ", which is not one of ", unit)))
+}
+
+# Units of columns of trees and plots that may have another one.
+tree_units <- c(dbh = "cm", x = "m", y = "m", z = "m", h = "m", hcb = "m", cw = "m", area = "m2", radius = "m")
+
+in_units_of_trees <- function(data) {
+  given <- units_of(data)
+  for (name in names(given)) {
+    unit <- tree_units[tolower(name)]
+    if (is.na(unit)) stop_input("column '", name, "' has the unit ", given[[name]], "; make it a number with units::drop_units(), of dbh in cm, of other lengths in m", column = name)
+    data[[name]] <- in_unit(data[[name]], unit, paste0("column '", name, "'"))
+  }
+  data
 }
 
 check_data <- function(data, argument = "data") {
@@ -53,11 +93,11 @@ check_data <- function(data, argument = "data") {
 }
 
 # An empty text is a missing value, as in CSV files: read.csv() keeps the empty cells of text columns.
-# scale() makes a matrix of one column.
+# scale() makes a matrix of one column; the fit knows the units of its data.
 with_plain_values <- function(data) {
   for (name in names(data)) {
     column <- data[[name]]
-    if (is.matrix(column) && ncol(column) == 1) {
+    if ((is.matrix(column) && ncol(column) == 1) || inherits(column, "units")) {
       data[[name]] <- as.vector(column)
     } else if (is.factor(column) && "" %in% levels(column)) {
       levels(data[[name]])[levels(column) == ""] <- NA

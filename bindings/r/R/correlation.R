@@ -33,6 +33,18 @@ correlation_text <- function(correlation, groups) {
   paste0(correlation_classes[[class]], if (inside != "") paste0("(", inside, ")"))
 }
 
+# The groups of a correlation are within those of the random effects, as nlme requires; it has no crossed ones.
+check_nesting <- function(correlation, effects, data) {
+  groups <- effects$groups
+  if (!inherits(correlation, "corStruct") || length(groups) == 0 || grepl("\\|[^;]*[+]", effects$text)) return(invisible())
+  own <- all.vars(nlme::getGroupsFormula(correlation))
+  if (length(own) == 0 || length(intersect(own, groups)) > 0 || !all(own %in% names(data))) return(invisible())
+  levels <- unique(data[c(own, groups)])
+  if (anyDuplicated(levels[own]) > 0) {
+    stop_usage("incompatible formulas for groups: those of `correlation`, ", paste(own, collapse = "/"), ", are not within those of `random`; write ~ ... | ", paste(c(groups, own), collapse = "/"))
+  }
+}
+
 # Names of columns in a text.
 correlation_names <- function(text) {
   if (is.null(text)) return(character())

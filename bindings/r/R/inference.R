@@ -199,13 +199,24 @@ anova.silvafit <- function(object, ..., type = c("sequential", "marginal"), Term
   compared_fits(fits, names)
 }
 
+# Two fits with data have the same responses in the same groups; the order of the rows may differ.
+require_same_rows <- function(one, other) {
+  if (is.null(one$frame) || is.null(other$frame) || names(one$frame)[1] != names(other$frame)[1]) return(invisible())
+  shared <- Reduce(intersect, list(c(names(one$frame)[1], grouping_names(one), grouping_names(other)), names(one$frame), names(other$frame)))
+  rows <- function(fit) sort(do.call(paste, c(lapply(fit$frame[shared], as.character), sep = "\001")))
+  if (!identical(rows(one), rows(other))) {
+    stop_usage("the fits have other rows or groups, ", nobs(one), " and ", nobs(other), " rows; fit both to the same, for example with `subset`")
+  }
+}
+
 compared_fits <- function(fits, names) {
+  for (fit in fits[-1]) require_same_rows(fits[[1]], fit)
   result <- analysis("compare", objects = lapply(fits, `[[`, "handle"))
   failed <- 1 + unlist(result$json$failed)
   order <- c(1 + result$tables$fits$fit, failed)
   fits <- fits[order]
   value <- function(key) vapply(fits, function(fit) number_or_na(fit$fit[[key]]), 0)
-  table <- data.frame(Model = seq_along(fits), df = value("k"), AIC = value("aic"), BIC = value("bic"), logLik = value("log_likelihood"),
+  table <- data.frame(Model = seq_along(fits), df = value("k"), AIC = value("aic"), BIC = vapply(fits, stats::BIC, 0), logLik = value("log_likelihood"),
                       Test = "", L.Ratio = NA_real_, "p-value" = NA_real_, check.names = FALSE, row.names = make.unique(names[order]))
   tests <- as.data.frame(result$tables$tests)
   pair <- paste(1 + tests$smaller, "vs", 1 + tests$larger)

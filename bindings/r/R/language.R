@@ -11,11 +11,23 @@ operator_precedence <- c("||" = 1, "|" = 1, "&&" = 2, "&" = 2, "!" = 3, "<" = 4,
 # The self-starting models of stats, which C++ knows by the places of their arguments.
 self_start_models <- c("SSasymp", "SSasympOff", "SSasympOrig", "SSbiexp", "SSfpl", "SSgompertz", "SSlogis", "SSmicmen", "SSweibull", "SSfol")
 
-with_arguments_in_order <- function(call) {
-  model <- getExportedValue("stats", as.character(call[[1]]))
-  arguments <- names(formals(args(model)))
-  if (length(call) - 1 != length(arguments)) stop_formula(as.character(call[[1]]), "() has the arguments ", paste(arguments, collapse = ", "))
-  as.call(c(call[[1]], unname(as.list(match.call(args(model), call))[-1][arguments])))
+# A call with its arguments by position, as R matches them. Other functions than those of base and stats have no names.
+with_arguments_in_order <- function(call, name, what) {
+  refuse <- function(...) stop_formula(name, "() in ", what, ": ", ...)
+  if (name %in% c("min", "max", "pmin", "pmax")) {
+    named <- names(call) %in% "na.rm"
+    if (any(named) && !isFALSE(eval(call$na.rm, baseenv()))) refuse("na.rm has to be FALSE; replace missing values in the data")
+    return(if (any(named)) call[!named] else call)
+  }
+  definition <- args(get0(name, asNamespace("stats"), mode = "function"))
+  if (is.null(definition)) {
+    if (any(nzchar(names(call)))) refuse("arguments have no names")
+    return(call)
+  }
+  matched <- tryCatch(as.list(match.call(definition, call))[-1], error = function(e) refuse(conditionMessage(e)))
+  is_needed <- vapply(formals(definition), function(default) identical(default, quote(expr = )), NA)
+  if (!all(names(which(is_needed)) %in% names(matched))) refuse("the arguments are ", paste(names(formals(definition)), collapse = ", "))
+  as.call(c(call[[1]], unname(matched[intersect(names(formals(definition)), names(matched))])))
 }
 
 number_text <- function(value) {
@@ -35,6 +47,9 @@ name_text <- function(name) {
   if (grepl("`", name, fixed = TRUE)) stop_formula("the name ", name, " contains a backquote; rename the column")
   paste0("`", name, "`")
 }
+
+# Texts in which pi, which is a name in backquotes, is the number unless a column has the name.
+with_pi <- function(texts, columns) if ("pi" %in% columns) texts else gsub("`pi`", "pi", texts, fixed = TRUE)
 
 # The text of an expression. `what` says where it stands, for messages.
 expression_text <- function(expression, what = "the formula") {
@@ -83,7 +98,7 @@ without_bars <- function(formula) {
 
 text_and_precedence <- function(expression, what) {
   atom <- function(text) list(text = text, precedence = 9)
-  if (is.name(expression)) return(atom(name_text(as.character(expression))))
+  if (is.name(expression)) return(atom(if (identical(expression, quote(pi))) "`pi`" else name_text(as.character(expression))))
   if (is.logical(expression) && !is.na(expression)) return(atom(if (expression) "1" else "0"))
   if (is.numeric(expression)) {
     if (expression < 0) return(list(text = number_text(expression), precedence = operator_precedence[["unary"]]))
@@ -100,15 +115,15 @@ call_text <- function(call, name, what) {
   atom <- function(text) list(text = text, precedence = 9)
   if (name == "(") return(atom(paste0("(", expression_text(call[[2]], what), ")")))
   if (name %in% names(operator_precedence)) return(operator_text(call, name, what))
-  if (name %in% self_start_models) call <- with_arguments_in_order(call)
   if (name == "%in%") return(atom(membership_text(call, what)))
+  if (!name %in% c(known_functions, self_start_models, "pmin", "pmax", "offset")) {
+    stop_formula("unknown function '", name, "()' in ", what, "; available: ", paste(known_functions, collapse = ", "))
+  }
+  call <- with_arguments_in_order(call, name, what)
   if (name %in% c("pmin", "pmax")) name <- substr(name, 2, 4)
   if (name == "offset") return(atom(paste0("(", expression_text(call[[2]], what), ")")))
   if (name == "log" && length(call) == 3) {
-    return(atom(paste0("(log(", expression_text(call[[2]], what), ")/log(", expression_text(call[[3]], what), "))")))
-  }
-  if (!name %in% c(known_functions, self_start_models)) {
-    stop_formula("unknown function '", name, "()' in ", what, "; available: ", paste(known_functions, collapse = ", "))
+    return(atom(paste0("I(log(", expression_text(call[[2]], what), ")/log(", expression_text(call[[3]], what), "))")))
   }
   arguments <- vapply(as.list(call)[-1], expression_text, "", what = what)
   atom(paste0(name, "(", paste(arguments, collapse = ", "), ")"))

@@ -40,7 +40,7 @@ fixef.silvafit <- strict(function(object, ...) {
 #' @param se add the conditional standard errors of the effects as attribute `se`
 #' @param condVar as in lme4: add the conditional covariance matrices of the effects as attribute `postVar`, an array with a
 #'   matrix for each group
-ranef.silvafit <- function(object, se = FALSE, condVar = FALSE, ...) {
+ranef.silvafit <- function(object, ..., se = FALSE, condVar = FALSE) {
   check_flag(se, "se")
   check_flag(condVar, "condVar")
   terms <- random_terms_of(object)
@@ -51,7 +51,8 @@ ranef.silvafit <- function(object, se = FALSE, condVar = FALSE, ...) {
     effects <- lapply(terms, function(term) with_uncertainty(term$modes, term, se, condVar))
     return(if (length(effects) == 1) effects[[1]] else effects)
   }
-  call <- match.call()
+  # coef() of nlme gives arguments by position.
+  call <- match.call(utils::getS3method("ranef", "lme", envir = asNamespace("nlme")), match.call())
   call[intersect(c("se", "condVar"), names(call))] <- NULL
   effects <- by_nlme("ranef", call, parent.frame(), also = c("se", "condVar"))
   if (!se && !condVar) return(effects)
@@ -104,12 +105,17 @@ number_or_na <- function(value) if (is.null(value)) NA_real_ else as.numeric(val
 #'   `stddev` and `correlation`; it is printed as by nlme, and `as.data.frame()` makes a table of it.
 VarCorr.silvafit <- strict(function(x, sigma = 1, ...) {
   if (!identical(as.numeric(sigma), 1)) stop_usage("`sigma` has to be 1; multiply the standard deviations instead")
+  if (!has_random(x)) stop_usage("the fit has no random effects; sigma(fit) is the residual standard deviation")
+  variance_components(x)
+})
+
+variance_components <- function(x) {
   result <- lapply(random_terms_of(x), function(term) {
     deviation <- stats::setNames(sqrt(diag(term$covariance)), term$effects)
     structure(term$covariance, stddev = deviation, correlation = term$covariance / outer(deviation, deviation), form = term$form)
   })
   structure(result, sc = sigma(x), class = "VarCorr.silvafit")
-})
+}
 
 # Two indices are those of nlme's matrix, as in VarCorr(fit)[, "StdDev"].
 `[.VarCorr.silvafit` <- function(x, i, j, ..., drop = TRUE) {
@@ -164,7 +170,7 @@ as.data.frame.VarCorr.silvafit <- strict(function(x, row.names = NULL, optional 
 
 #' Likelihood, degrees of freedom, data and formula of a fit
 #'
-#' The information criteria have the number of observations in `BIC`, as in nlme.
+#' The information criteria have the number of observations in `BIC`, as in nlme; for REML without the number of fixed effects.
 #'
 #' @inheritParams estimates
 #' @param formula as in the generic
@@ -180,7 +186,7 @@ NULL
 
 #' @rdname likelihood
 logLik.silvafit <- strict(function(object, ...) {
-  structure(number_or_na(object$fit$log_likelihood), df = object$fit$k, nobs = object$fit$n,
+  structure(number_or_na(object$fit$log_likelihood), df = object$fit$k, nobs = if (isTRUE(object$fit$reml)) df.residual(object) else object$fit$n,
             nall = object$fit$n, class = "logLik")
 }, instead = c(REML = "the fit has the likelihood that it maximizes; refit with update(fit, reml = ...)"))
 
@@ -191,7 +197,10 @@ nobs.silvafit <- strict(function(object, ...) as.integer(object$fit$n), "use.fal
 df.residual.silvafit <- strict(function(object, ...) nobs(object) - sum(!is.na(fixed_table(object)[, "Std.Error"])))
 
 #' @rdname likelihood
-deviance.silvafit <- strict(function(object, ...) -2 * number_or_na(object$fit$log_likelihood))
+#' @details `deviance()` is the sum of squares of ordinary least squares, as of [stats::nls()]; of other fits -2 times the log-likelihood.
+deviance.silvafit <- strict(function(object, ...) {
+  if (object$fit$method == "ols") sigma(object)^2 * df.residual(object) else -2 * number_or_na(object$fit$log_likelihood)
+})
 
 #' @rdname likelihood
 #' @param fit a fit of [silvafit()]
@@ -432,30 +441,56 @@ read_fit <- function(file, data = NULL) {
 stored_fit <- function(read, call) {
   fit <- read$fit
   formula <- tryCatch(stats::as.formula(fit$formula, env = globalenv()), error = function(e) NULL)
-  structure(list(call = call, formula = formula, texts = NULL, labels = character(), handle = read$handle, fit = fit, frame = NULL,
+  structure(list(call = call, formula = formula, texts = NULL, labels = labels_of_levels(fit), handle = read$handle, fit = fit, frame = NULL,
                  fitted_values = NULL, residual_sd = NULL), class = "silvafit")
+}
+
+# Names of the coefficients of levels as R has them: a:SexMale for a:(Sex == "Male").
+labels_of_levels <- function(fit) {
+  names <- names(fit$fixed)
+  labels <- names
+  # Those of other contrasts are sums of comparisons.
+  is_level <- !grepl(":I(", names, fixed = TRUE)
+  for (column in names(fit$levels)) {
+    for (level in unlist(fit$levels[[column]])) labels[is_level] <- gsub(paste0("(", name_text(column), " == ", string_text(level), ")"), paste0(column, level), labels[is_level], fixed = TRUE)
+  }
+  stats::setNames(labels, names)[names != labels]
+}
+
+# A left side such as log(h), which a file has as a name, unless it is one of a column.
+with_left_side <- function(formula, data) {
+  left <- formula[[2]]
+  if (!is.name(left) || as.character(left) %in% names(data)) return(formula)
+  parsed <- tryCatch(str2lang(as.character(left)), error = function(e) left)
+  functions <- setdiff(all.names(parsed), all.vars(parsed))
+  if (all(functions %in% c(known_functions, names(operator_precedence), "("))) formula[[2]] <- parsed
+  formula
 }
 
 with_data <- function(object, data) {
   given <- data
   data <- check_data(data)
   if (is.null(object$formula)) stop_usage("the formula of the fit, ", object$fit$formula, ", has no meaning in R")
+  object$formula <- with_left_side(object$formula, data)
   response <- response_of(object$formula, data)
   data[[response$name]] <- if (is.null(response$values)) data[[response$name]] else response$values
   fit <- object$fit
-  of_variance <- unlist(lapply(c(list(fit$variance), fit$variance$factors), function(one) c(one$of, one$strata)))
-  columns <- intersect(unique(c(response$name, names(fit$ranges), names(fit$levels), grouping_names(object), of_variance, correlation_names(fit$correlation$structure))),
+  columns <- intersect(unique(c(response$name, names(fit$ranges), names(fit$levels), grouping_names(object), variance_columns(fit), correlation_names(fit$correlation$structure))),
                        names(data))
   frame <- data[columns]
   found <- analysis_of_fit("residuals", object, data = frame)
   result <- found$tables$rows
-  mae <- mean(abs(result$observed - result$fitted_population))
-  if (length(found$rows) != fit$n || !isTRUE(all.equal(mae, fit$statistics$population$mae, tolerance = 1e-6))) {
-    stop_input("`data` are not the data of the fit: they have ", length(found$rows), " complete rows with the mean absolute error ", signif(mae, 6),
-               ", the fit has ", fit$n, " with ", signif(fit$statistics$population$mae, 6))
+  # The mean absolute errors with random effects differ if groups do.
+  errors <- c(mean(abs(result$observed - result$fitted_population)), mean(abs(result$observed - result$fitted_conditional)))
+  known <- unlist(lapply(fit$statistics[c("population", if (has_random(object)) "conditional")], `[[`, "mae"))
+  errors <- errors[seq_along(known)]
+  if (length(found$rows) != fit$n || !isTRUE(all.equal(errors, unname(known), tolerance = 1e-6))) {
+    stop_input("`data` are not the data of the fit: they have ", length(found$rows), " complete rows with the mean absolute error ", paste(signif(errors, 6), collapse = " and "),
+               ", the fit has ", fit$n, " with ", paste(signif(known, 6), collapse = " and "), if (length(known) > 1) " (population and conditional)")
   }
   object$frame <- rows_of(frame, found$rows)
   object$data <- given
+  object$units <- units_of(given)
   object$rows <- found$rows
   object$fitted_values <- list(population = result$fitted_population, conditional = result$fitted_conditional)
   object$residual_sd <- result$residual_sd

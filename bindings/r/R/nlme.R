@@ -82,7 +82,9 @@ getVarCov.silvafit <- strict(function(obj, individuals = 1, type = c("random.eff
   type <- match.arg(type)
   terms <- random_terms_of(obj)
   if (length(terms) == 0) stop_usage("the fit has no random effects")
-  if (type == "random.effects") return(structure(terms[[level]]$covariance, class = c(type, "VarCov"), group.levels = names(terms)[level]))
+  if (type == "random.effects" && missing(level) && length(terms) > 1) stop_usage("give `level`, a number or a name of the groupings ", paste(names(terms), collapse = ", "))
+  if (length(level) != 1 || !level %in% c(seq_along(terms), names(terms))) stop_usage("`level` has to be a number from 1 to ", length(terms), " or one of ", paste(names(terms), collapse = ", "))
+  if (type == "random.effects") return(structure(terms[[level]]$covariance, class = c(type, "VarCov"), group.levels = if (is.character(level)) level else names(terms)[level]))
   groups <- as.character(group_frame(obj)[[1]])
   if (is.numeric(individuals)) individuals <- unique(groups)[individuals]
   unknown <- setdiff(individuals, groups)

@@ -18,6 +18,19 @@ new_fit <- function(result, model, call, options, na.action) {
     class = "silvafit")
 }
 
+# Elements that fits of other packages have, and the functions that have them here.
+generics_of_elements <- c(sigma = "sigma", coef = "coef", coefficients = "coef", logLik = "logLik", loglik = "logLik", resid = "residuals", residuals = "residuals",
+                          fitted = "fitted", fitted.values = "fitted", vcov = "vcov", varcov = "vcov", AIC = "AIC", BIC = "BIC", df.residual = "df.residual",
+                          deviance = "deviance", fixef = "fixef", ranef = "ranef", se = "summary", predictions = "predict")
+
+# Elements are internal, and names are not completed.
+`$.silvafit` <- function(x, name) {
+  value <- .subset2(x, name)
+  generic <- generics_of_elements[name]
+  if (is.null(value) && !is.na(generic)) stop_usage("a fit has no element '", name, "'; use ", generic, "(fit)")
+  value
+}
+
 # Groups of a factor have the order of its levels, as in nlme.
 in_order_of_levels <- function(fit, frame) {
   if (length(fit$random) == 0) return(fit)
@@ -32,33 +45,33 @@ in_order_of_levels <- function(fit, frame) {
   fit
 }
 
-report_convergence <- function(object) {
+report_convergence <- function(object, method = NULL) {
   state <- convergence(object)
   if (!state$converged) {
     warn(paste0("the fit has not converged: ", state$message), "silvafit_convergence_warning", status = state$status)
   } else if (state$status == "boundary") {
     tell(state$message, "silvafit_boundary_message")
-  } else if (has_doubts(object)) {
+  } else if (has_doubts(object) || (object$fit$method == "focei" && !identical(method, "focei"))) {
     tell(state$message)
   }
   invisible(object)
 }
 
-# Whether the message begins with names that may be misspelt columns, or with an unsuitable response.
+# Whether the message begins with names that may be misspelt columns, with an unsuitable response, or names values that were changed.
 has_doubts <- function(object) {
   kinds <- vapply(object$fit$evidence$findings, `[[`, "", "kind")
-  any(kinds %in% c("taken_as_parameter", "response_values"))
+  any(kinds %in% c("taken_as_parameter", "response_values", "floored_values"))
 }
 
 # Names of coefficients and other texts of the C++ libraries with the names that R uses.
 r_names <- function(object, texts) {
-  labels <- object$labels
-  for (name in names(labels)[order(-nchar(names(labels)))]) {
-    texts <- gsub(name, labels[[name]], texts, fixed = TRUE)
-    # An expression in I(...) is stored without it.
-    bare <- sub("^([^:]+):I\\((.*)\\)$", "\\1:(\\2)", name)
-    texts <- gsub(bare, labels[[name]], texts, fixed = TRUE)
+  labels <- object$labels[order(-nchar(names(object$labels)))]
+  # An expression in I(...) is stored without it. A label may contain another name, so that numbers stand for labels until all are found.
+  bare <- sub("^([^:]+):I\\((.*)\\)$", "\\1:(\\2)", names(labels))
+  for (i in seq_along(labels)) {
+    for (name in unique(c(names(labels)[i], bare[i]))) texts <- gsub(paste0("\\Q", name, "\\E(?![[:alnum:]_.])"), paste0("\001", i, "\002"), texts, perl = TRUE)
   }
+  for (i in seq_along(labels)) texts <- gsub(paste0("\001", i, "\002"), labels[[i]], texts, fixed = TRUE)
   texts
 }
 

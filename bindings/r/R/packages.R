@@ -44,7 +44,7 @@ performance_aicc.silvafit <- function(x, ...) number_or_na(x$fit$aicc)
 #' @param metrics names of the measures, or `"all"`
 model_performance.silvafit <- strict(function(model, metrics = "all", ...) {
   r2 <- lapply(list(R2_conditional = model$fit$r2_conditional, R2_marginal = model$fit$r2_marginal), number_or_na)
-  all <- c(list(AIC = number_or_na(model$fit$aic), AICc = number_or_na(model$fit$aicc), BIC = number_or_na(model$fit$bic)),
+  all <- c(list(AIC = number_or_na(model$fit$aic), AICc = number_or_na(model$fit$aicc), BIC = stats::BIC(model)),
            if (has_random(model)) c(r2, ICC = (r2[[1]] - r2[[2]]) / (1 - r2[[2]])) else list(R2 = number_or_na(model$fit$statistics$population$r2)),
            list(RMSE = if (is.null(model$frame)) NA_real_ else sqrt(mean(residuals(model)^2, na.rm = TRUE)), Sigma = sigma(model)))
   if (!identical(metrics, "all")) {
@@ -73,7 +73,7 @@ model_parameters.silvafit <- function(model, ci = 0.95, effects = "all", ...) {
   if (!effects %in% c("all", "fixed", "random")) stop_usage("`effects` has to be \"all\", \"fixed\" or \"random\"")
   fixed <- utils::getS3method("model_parameters", "default", envir = asNamespace("parameters"))(model, ci = ci, effects = "fixed", ...)
   if (effects == "fixed" || !has_random(model)) return(fixed)
-  components <- as.data.frame(VarCorr(model))
+  components <- as.data.frame(variance_components(model))
   term <- ifelse(is.na(components$var1), "SD (Observations)", ifelse(is.na(components$var2), paste0("SD (", components$var1, ")"),
                                                                       paste0("Cor (", components$var1, "~", components$var2, ")")))
   random <- as.data.frame(fixed)[rep(NA_integer_, length(term)), ]
@@ -200,6 +200,18 @@ coeftest.silvafit <- strict(function(x, vcov. = NULL, df = NULL, ...) {
 }, "save")
 
 #' @rdname performance-methods
+#' @details `lrtest()` stops for fits that [anova.silvafit()] does not compare: to other rows or groups, or by REML with other fixed effects.
+lrtest.silvafit <- function(object, ...) {
+  fits <- Filter(function(one) inherits(one, "silvafit"), list(object, ...))
+  for (fit in fits[-1]) {
+    require_same_rows(object, fit)
+    is_other <- !identical(names(fixef(fit)), names(fixef(object))) || !identical(fit$formula, object$formula)
+    if (is_other && (isTRUE(object$fit$reml) || isTRUE(fit$fit$reml))) stop_usage("fits by REML with different fixed effects cannot be compared; use update(fit, method = \"ML\")")
+  }
+  utils::getS3method("lrtest", "default", envir = asNamespace("lmtest"))(object, ...)
+}
+
+#' @rdname performance-methods
 #' @param parm,level as in [confint.silvafit()]
 coefci.silvafit <- strict(function(x, parm = names(fixef(x)), level = 0.95, ...) fixed_limits(x, level)[parm, , drop = FALSE])
 
@@ -301,10 +313,15 @@ isNLMM.silvafit <- function(x, ...) has_random(x)
 
 #' @rdname performance-methods
 #' @param mod a fit of [silvafit()]
-#' @details For \pkg{car}: `Anova()` has the Wald tests of [anova.silvafit()], given all other terms; `linearHypothesis()` and `deltaMethod()` are those of the
-#'   fixed effects.
+#' @details For \pkg{car}: `Anova()` has the Wald tests of [anova.silvafit()] of type III, given all other terms; `linearHypothesis()` and `deltaMethod()` are those of
+#'   the fixed effects.
 #' @method Anova silvafit
-Anova.silvafit <- strict(function(mod, ...) anova.silvafit(mod, type = "marginal"), c("type", "test.statistic"))
+Anova.silvafit <- strict(function(mod, type = "III", test.statistic = "F", ...) {
+  if (!type %in% c("III", "3", 3)) stop_usage("`type` has to be \"III\": terms of different parameters of a nonlinear model are not marginal to each other, so that type II is not defined")
+  if (!identical(test.statistic, "F")) stop_usage("`test.statistic` has to be \"F\"; for tests of likelihood ratios use drop1()")
+  tests <- anova.silvafit(mod, type = "marginal")
+  structure(tests, heading = paste("Type III:", attr(tests, "heading")))
+})
 
 #' @rdname performance-methods
 #' @method linearHypothesis silvafit

@@ -31,6 +31,7 @@
 predict.silvafit <- function(object, newdata, level = "conditional", interval = c("none", "prediction", "confidence"),
                              coverage = 0.95, se.fit = FALSE, new_groups = c("population", "marginal", "missing", "error"),
                              seen_groups = c("fitted", "new", "combined"), na.action = stats::na.pass, threads = 1, re.form, ...) {
+  if (!missing(coverage) && (missing(interval) || identical(interval, "none"))) stop_usage("`coverage` is that of intervals; give `interval`, too")
   no_further(list(...), "allow.new.levels", instead = c(conf.level = "use coverage", type = "predictions are those of the response", asList = "use split()"))
   if (!missing(re.form)) {
     if (!missing(level)) stop_usage("give either `level` or `re.form`")
@@ -58,12 +59,21 @@ predict.silvafit <- function(object, newdata, level = "conditional", interval = 
     newdata <- object$frame
   }
   newdata <- prediction_data(object, newdata, level)
+  tell_new_levels(object, newdata)
+  if (interval == "prediction") require_variance_columns(object, newdata)
   absent <- setdiff(grouping_names(object), names(newdata))
   if (level == "conditional" && length(absent) > 0) {
     stop_input("unknown column '", absent[1], "' in `newdata`; without the groups use level = \"population\"", column = absent[1])
   }
   is_outer <- level == "outer"
+  outside <- "that are not in the fit"
   if (is_outer) {
+    # All inner groups are new.
+    is_new <- !as.character(newdata[[grouping_names(object)[1]]]) %in% rownames(random_terms_of(object)[[1]]$modes)
+    if (any(is_new) && new_groups == "error") stop_input(sentence_on_groups(object, newdata, is_new, 1, outside))
+    rows_of_no_group <- which(is_new & new_groups == "missing")
+    if (new_groups %in% c("error", "missing")) new_groups <- "population"
+    if (says_new && any(is_new)) tell(paste0(sentence_on_groups(object, newdata, is_new, 1, outside), ": their predictions have random effects 0; `new_groups` has other choices"))
     newdata <- without_inner_groups(object, newdata)
     level <- "conditional"
   }
@@ -72,7 +82,38 @@ predict.silvafit <- function(object, newdata, level = "conditional", interval = 
                    standard_errors = se.fit, threads = threads)
   result <- analysis_of_fit("predict", object, settings, newdata)
   if (says_new && !is_outer && result$json$new_groups != "") tell(result$json$new_groups)
+  is_unmeasured <- result$tables$rows$calibrated_from %in% 0
+  if (says_new && any(is_unmeasured)) {
+    tell(paste0(sentence_on_groups(object, newdata, is_unmeasured, length(grouping_names(object)), paste(outside, "and have no measured row")),
+                ": their predictions have random effects 0; `new_groups` has other choices"))
+  }
+  if (is_outer) for (name in intersect(c("value", "lower", "upper", "standard_error"), names(result$tables$rows))) result$tables$rows[[name]][rows_of_no_group] <- NA
   predicted(result$tables$rows, row.names(newdata), interval, se.fit, level, action)
+}
+
+# \param depth  number of groupings, the coarser first, whose labels are shown
+sentence_on_groups <- function(object, newdata, is_new, depth, what) {
+  names <- grouping_names(object)[seq_len(depth)]
+  labels <- unique(do.call(paste, c(unname(lapply(newdata[is_new, intersect(names, names(newdata)), drop = FALSE], as.character)), sep = " / ")))
+  paste0(if (sum(is_new) == 1) "1 row is" else paste(sum(is_new), "rows are"), " of groups ", what, " (", paste(names, collapse = "/"), " ",
+         paste(c(utils::head(labels, 5), if (length(labels) > 5) "..."), collapse = ", "), ")")
+}
+
+# As for new groups; lm() stops.
+tell_new_levels <- function(object, newdata) {
+  for (name in intersect(names(object$fit$levels), names(newdata))) {
+    values <- as.character(newdata[[name]])
+    new <- !is.na(values) & !values %in% unlist(object$fit$levels[[name]])
+    if (any(new)) tell(paste0("column ", name, " has levels that are not in the fit (", paste(utils::head(unique(values[new]), 5), collapse = ", "), "): ", if (sum(new) == 1) "1 prediction is" else paste(sum(new), "predictions are"), " missing"))
+  }
+}
+
+# Columns of the variance function and its strata.
+variance_columns <- function(fit) unlist(lapply(c(list(fit$variance), fit$variance$factors), function(one) c(if (!identical(one$of, "fitted")) one$of, one$strata)))
+
+require_variance_columns <- function(object, newdata) {
+  absent <- setdiff(variance_columns(object$fit), names(newdata))
+  if (length(absent) > 0) stop_input("unknown column '", absent[1], "' in `newdata`, which the variance of a new observation needs", column = absent[1])
 }
 
 # lme4's argument as a level.
@@ -122,8 +163,8 @@ predict_levels <- function(object, newdata, levels, says_new, ...) {
 
 # The columns that the model reads. A missing response is no error unless calibration needs it.
 prediction_data <- function(object, newdata, level) {
-  newdata <- check_data(newdata, "newdata")
-  left <- if (is.null(object$formula)) NULL else object$formula[[2]]
+  newdata <- check_data(in_units_of_fit(newdata, object), "newdata")
+  left <- if (is.null(object$formula)) NULL else with_left_side(object$formula, newdata)[[2]]
   response <- deparse1(left)
   if (!is.null(left) && !is.name(left) && !response %in% names(newdata) && all(all.vars(left) %in% names(newdata))) {
     newdata[[response]] <- eval(left, newdata, environment(object$formula))
@@ -139,6 +180,21 @@ prediction_data <- function(object, newdata, level) {
   newdata
 }
 
+# Numbers in the units of the data of the fit.
+in_units_of_fit <- function(newdata, object) {
+  given <- units_of(newdata)
+  wanted <- object$units[intersect(names(object$units), intersect(names(newdata), names(object$frame)))]
+  unknown <- setdiff(intersect(names(given), if (is.null(object$frame)) names(given) else names(object$frame)), names(wanted))
+  if (length(unknown) > 0) {
+    stop_input("`newdata`: column '", unknown[1], "' has the unit ", given[[unknown[1]]], ", but the data of the fit have no unit; use units::drop_units()", column = unknown[1])
+  }
+  for (name in intersect(names(wanted), names(given))) newdata[[name]] <- in_unit(newdata[[name]], wanted[[name]], paste0("`newdata`: column '", name, "'"))
+  # The data of the fit are plain numbers.
+  bare <- setdiff(names(wanted), names(given))
+  if (length(bare) > 0 && !identical(newdata, object$frame)) tell(paste0("`newdata`: ", paste(bare, "in", wanted[bare], collapse = ", "), ", as in the data of the fit"))
+  newdata
+}
+
 is_text <- function(column) is.character(column) || is.factor(column)
 
 # With labels that no group of the fit has, only the effects of the coarser grouping are used.
@@ -147,6 +203,9 @@ without_inner_groups <- function(object, newdata) {
   if (inner %in% names(newdata)) newdata[[inner]] <- new_group_label
   newdata
 }
+
+# By R's generator.
+drawn_seed <- function() sample.int(.Machine$integer.max, 1)
 
 #' Draw responses from a fit
 #'
@@ -168,7 +227,7 @@ simulate.silvafit <- function(object, nsim = 1, seed = NULL, ...) {
   if (keeps_effects) stop_usage("simulate() draws new random effects for all groups")
   needs_data(object, "simulate()")
   check_count(nsim, "nsim", 1)
-  if (is.null(seed)) seed <- sample.int(.Machine$integer.max, 1)
+  if (is.null(seed)) seed <- drawn_seed()
   check_count(seed, "seed")
   result <- analysis_of_fit("simulate", object, list(count = nsim, seed = seed))
   frame <- as.data.frame(matrix(NA_real_, nrow(object$frame), nsim), row.names = row.names(object$frame))

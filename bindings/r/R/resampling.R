@@ -8,7 +8,7 @@
 #'
 #' @param object a fit of [silvafit()]
 #' @eval setting_params("bootstrap")
-#' @param seed seed of the random numbers; results do not depend on the number of threads
+#' @param seed seed of the random numbers; without it, it is drawn by R, so that [set.seed()] has effect. Results do not depend on the number of threads
 #' @param threads number of threads; 0 means all cores
 #' @param progress show the progress in the console
 #' @return List of class `silvafit_bootstrap`: `parameters`, a data frame with the estimate, the number of replicates that have a value, bias,
@@ -19,8 +19,9 @@
 #' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
 #'                 random = Asym ~ 1 | Seed)
 #' bootstrap(fit, 20, threads = 1)
-bootstrap <- function(object, replicates = 500, resample = c("parametric", "cases"), level = 0.95, seed = 1, group = "", threads = 0,
+bootstrap <- function(object, replicates = 500, resample = c("parametric", "cases"), level = 0.95, seed = NULL, group = "", threads = 0,
                       progress = interactive()) {
+  if (is.null(seed)) seed <- drawn_seed()
   needs_data(object, "bootstrap()")
   settings <- list(refit = object$options, replicates = replicates, resample = match.arg(resample), level = level, seed = seed, group = group, threads = threads)
   found <- analysis_of_fit("bootstrap", object, settings, progress = progress)
@@ -47,7 +48,7 @@ print.silvafit_bootstrap <- strict(function(x, digits = 4, ...) {
 #'
 #' @param object a fit of [silvafit()]
 #' @eval setting_params("cross-validation")
-#' @param seed seed of the random numbers
+#' @param seed seed of the random numbers; without it, it is drawn by R, so that [set.seed()] has effect
 #' @param threads number of threads; 0 means all cores
 #' @param progress show the progress in the console
 #' @return Data frame with the rows of the fit and the columns `fold`, `observed`, `predicted` (random effects 0) and, with `measured`,
@@ -57,8 +58,9 @@ print.silvafit_bootstrap <- strict(function(x, digits = 4, ...) {
 #' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
 #'                 random = Asym ~ 1 | Seed)
 #' attr(cross_validate(fit, 5, threads = 1), "population")
-cross_validate <- function(object, folds = 10, group = "", measured = 0, seed = 1, threads = 0, progress = interactive()) {
+cross_validate <- function(object, folds = 10, group = "", measured = 0, seed = NULL, threads = 0, progress = interactive()) {
   needs_data(object, "cross_validate()")
+  if (is.null(seed)) seed <- drawn_seed()
   settings <- list(refit = object$options, folds = folds, group = group, measured = measured, seed = seed, threads = threads)
   result <- analysis_of_fit("cross_validate", object, settings, progress = progress)
   table <- data.frame(result$tables$rows, row.names = row.names(object$frame)[result$rows])

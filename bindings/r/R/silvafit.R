@@ -33,7 +33,7 @@
 #'
 #' **Calls of nlme and lme4.** These arguments can be used, too: `model` for `formula`; `fixed` or `params` for `parameters`; `weights` for `variance`; `verbose` for `trace`; `REML` for
 #' `reml`; `method = "ML"` or `"REML"`; `nAGQ`, the number of quadrature points, of which one is `"laplace"`; `control`, of which `maxIter` and `msVerbose` are used and a
-#' message names other values that are not the default.
+#' message names other values that are not the default. With `fixed` and without `random` its coefficients have random effects, as in `nlme()`.
 #'
 #' A fit that has not converged gives a warning with the reason; [convergence()] has the evidence. A fit can be
 #' interrupted.
@@ -85,7 +85,7 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   for (name in intersect(names(call), names(formals(silvafit)))) call[[name]] <- eval(base::call("substitute", as.name(name)))
   dots <- as.list(substitute(list(...)))[-1]
   for (name in setdiff(names(dots), "")) call[[name]] <- dots[[name]]
-  own <- own_arguments(list(...), call, method)
+  own <- own_arguments(list(...), call, method, reml)
   call <- own$call
   for (name in names(own$values)) assign(name, own$values[[name]])
   if (missing(formula)) stop_usage("`formula` is missing: the model with its parameters, such as h ~ 1.3 + a * (1 - exp(-b * dbh)), or h ~ b0 + b1 * dbh")
@@ -102,11 +102,18 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   given <- data
   # do.call() puts the values into the call.
   if (!is.language(call$data)) call$data <- quote(data)
+  own_groups <- groups
   if (is.null(groups) && inherits(data, "groupedData")) groups <- nlme::getGroupsFormula(data)
+  if ("fixed" %in% names(list(...)) && missing(random) && !isTRUE(method %in% c("gnls", "ols")) && !has_bar_summand(formula[[3]])) {
+    if (is.null(groups)) stop_usage("`fixed` without `random`: nlme() has random effects of all coefficients then; give `random`, which is NULL for none, or `groups`")
+    call$random <- random <- parameters
+    tell("as in nlme() without `random`, all coefficients of `fixed` have random effects")
+  }
   data <- check_data(data)
   rows <- subset_rows(substitute(subset), data, parent.frame())
   if (!is.null(call$subset)) call$subset <- with_values(substitute(subset), data, parent.frame())
   model <- model_texts(formula, rows_of(data, rows), parameters, random, groups, covariance, variance, correlation, contrasts)
+  check_groups(own_groups, model$texts$random)
   if (is.null(method) && isTRUE(reml) && model$texts$random == "" && model$texts$variance == "" && model$texts$correlation == "" && !has_bar_summand(formula[[3]])) method <- "gnls"
   options <- list(method = method, reml = reml, start = engine_names(start, model, "start"), hold = engine_names(hold, model, "hold"),
                   bounds = bounds_of(engine_names(lower, model, "lower"), engine_names(upper, model, "upper")), starts = starts,
@@ -120,11 +127,12 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   # What update() and getData() need: the values of the call, and the data with all columns.
   object$arguments <- mget(setdiff(intersect(names(call), names(formals(silvafit))), c("data", "subset")))
   object$data <- given
+  object$units <- units_of(given)
   object$rows <- if (is.null(rows)) result$rows else rows[result$rows]
   varying <- if (has_random(object)) unlist(lapply(random_terms_of(object), `[[`, "effects"))
   said <- c(names(start), names(hold), names(lower), names(upper), sub(":.*", "", varying))
   tell_unused_numbers(setdiff(sub(":.*", "", names(fixef(object))), said), parent.frame())
-  report_convergence(object)
+  report_convergence(object, method)
   object
 }
 
@@ -183,6 +191,8 @@ model_texts <- function(formula, data, parameters, random, groups, covariance, v
   right <- formula[[3]]
   if ("." %in% all.names(right)) stop_formula("'.' cannot be used in the formula; name the columns")
   formulas <- sub_model_formulas(parameters)
+  columns <- intersect(names(formulas), names(data))
+  if (length(columns) > 0) stop_formula("`parameters`: ", columns[1], " is a column of the data, so that it is no parameter of the formula; rename one of them")
   check_contrasts(contrasts)
   needed <- c(all.vars(right), unlist(lapply(formulas, all.vars)))
   complete <- stats::complete.cases(check_columns(data[intersect(c(needed, response$name), names(data))]))
@@ -190,14 +200,23 @@ model_texts <- function(formula, data, parameters, random, groups, covariance, v
   if (nrow(used) == 0) stop_input("no row has all values that the model needs")
   subs <- sub_models(formulas, used, contrasts)
   effects <- random_effects(random, groups, used, contrasts)
+  if (!is.null(covariance) && !is.null(effects$covariance) && !all(covariance == effects$covariance)) {
+    stop_usage("`covariance` is ", paste(covariance, collapse = ", "), ", but the class of `random` is ", paste(effects$covariance, collapse = ", "), "; give one of them")
+  }
+  if (any(covariance != "diagonal") && grepl("\\) \\+ \\([^|()]*\\) \\|", effects$text)) {
+    stop_usage("`covariance` is ", paste(covariance, collapse = ", "), ", but formulas or blocks of `random` with the same groups are independent; write one formula, such as a + b ~ 1 | plot")
+  }
+  check_coded(contrasts, subs$factors, effects$text)
   variance <- variance_text(variance)
+  check_nesting(correlation, effects, used)
   correlation <- correlation_text(correlation, effects$groups)
   right <- with_offsets(right, subs$offsets)
   columns <- unique(c(response$name, intersect(c(needed, effects$groups, variance_names(variance), correlation_names(correlation)), names(data))))
-  labels <- subs$labels
-  list(formula = formula, frame = data[columns], labels = labels, coefficients = subs$coefficients, contrasts = contrasts, response = formula[[2]],
-       texts = list(formula = paste(name_text(response$name), "~", right_side_text(right)), parameters = subs$texts,
-                    factors = subs$factors, columns = names(data), random = effects$text, covariance = if (is.null(covariance)) effects$covariance else covariance,
+  with_number <- function(texts) with_pi(texts, names(data))
+  labels <- stats::setNames(subs$labels, with_number(names(subs$labels)))
+  list(formula = formula, frame = data[columns], labels = labels, coefficients = with_number(subs$coefficients), contrasts = contrasts, response = formula[[2]],
+       texts = list(formula = with_number(paste(name_text(response$name), "~", right_side_text(right))), parameters = with_number(subs$texts),
+                    factors = subs$factors, columns = names(data), random = with_number(effects$text), covariance = if (is.null(covariance)) effects$covariance else covariance,
                     variance = variance, correlation = correlation))
 }
 
@@ -205,6 +224,23 @@ check_contrasts <- function(contrasts) {
   if (is.null(contrasts)) return(invisible())
   if (!is.list(contrasts) || is.null(names(contrasts)) || any(names(contrasts) == "")) {
     stop_usage("`contrasts` has to be a named list, such as list(species = \"contr.sum\")")
+  }
+}
+
+# Contrasts of other columns would have no effect.
+check_coded <- function(contrasts, factors, random) {
+  for (name in setdiff(names(contrasts), factors)) {
+    if (!grepl(paste0(name_text(name), " =="), random, fixed = TRUE)) stop_usage("`contrasts`: ", name, " is no factor of the sub-models", if (length(factors) > 0) paste0(", which are ", paste(factors, collapse = ", ")))
+  }
+}
+
+# `groups` has effect for random effects that name no groups.
+check_groups <- function(groups, random) {
+  if (is.null(groups)) return(invisible())
+  groups <- as_formula(groups, "groups")
+  if (length(groups) != 2) stop_formula("`groups` has one side, such as ~ plot, not ", deparse1(groups))
+  if (!all(all.vars(groups) %in% text_groups(random))) {
+    stop_usage("`groups` is ", deparse1(groups), ", but ", if (random == "") "no `random` takes it" else paste0("`random` names its groups, ", random), "; omit `groups`")
   }
 }
 
@@ -281,6 +317,9 @@ engine_names <- function(values, model, argument) {
   if (is.null(values)) return(NULL)
   if (is.list(values)) values <- unlist(if (is.null(values$fixed)) values else values$fixed)
   if (is.null(names(values)) && argument == "start" && length(values) == length(model$coefficients)) names(values) <- model$coefficients
+  if (is.null(names(values)) && argument == "start") {
+    stop_usage("`start` needs names, such as c(a = 20, b = 0.05); without names it has a value for each coefficient of `parameters` (`fixed` of nlme) in their order")
+  }
   if (!is.numeric(values) || is.null(names(values)) || any(names(values) == "")) {
     stop_usage("`", argument, "` has to be a named vector, such as c(a = 20, b = 0.05)")
   }

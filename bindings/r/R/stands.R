@@ -29,7 +29,7 @@ tree_source <- function(trees) {
     if (!file.exists(trees)) stop_input(trees, ": there is no such file")
     return(trees)
   }
-  plain_columns(check_data(trees, "trees"))
+  plain_columns(check_data(in_units_of_trees(trees), "trees"))
 }
 
 # The settings of lists: name, help and words that are allowed.
@@ -78,20 +78,33 @@ analysis_of_call <- function(name, table, lists, own = list(), instead = charact
   settings <- c(mget(intersect(names(formal), c(known, "threads", "seed")), frame), further)
   settings[names(own)] <- own
   if (!is.null(given)) settings <- settings[intersect(names(settings), c(given, names(own), "threads"))]
+  settings <- settings_without_units(settings, lists)
   if (!is.null(settings$circle)) {
     if (!is.numeric(settings$circle) || length(settings$circle) != 3) stop_usage("`circle` has to be c(x, y, radius)")
     settings$circle <- paste(vapply(settings$circle, number_text, ""), collapse = ",")
   }
   plots <- if ("sampling" %in% lists && is.data.frame(settings$plots)) tree_source(settings$plots)
   if (!is.null(plots)) settings$plots <- NULL
-  settings <- c(settings[names(settings) != "window"], window_arguments(settings$window))
+  settings <- c(settings[names(settings) != "window"], window_arguments(settings$window, table))
   result <- analysis(name, tree_source(table), settings, library, plots, frame$progress, data_folder())
   tell_notes(result$notes)
   result
 }
 
-# A path, or polygons of sf as texts with the labels of their plots.
-window_arguments <- function(window) {
+# Numbers of class `units` in the unit that the help of their setting names.
+settings_without_units <- function(settings, lists) {
+  has_unit <- function(value) inherits(value, "units") || (is.list(value) && !is.data.frame(value) && any(vapply(value, inherits, NA, "units")))
+  known <- setting_list(lists)
+  for (name in names(Filter(has_unit, settings))) {
+    unit <- unique(unlist(regmatches(known$help[known$name == name], gregexpr("(?<=\\bin )(m2/ha|m2|cm|ha|m)\\b", known$help[known$name == name], perl = TRUE))))
+    if (length(unit) != 1 || is.list(settings[[name]])) stop_usage("`", name, "` has a unit; give numbers without one, see ?settings")
+    settings[[name]] <- in_unit(settings[[name]], unit, paste0("`", name, "`"))
+  }
+  settings
+}
+
+# A path, or polygons of sf as texts with the labels of their plots, in meters.
+window_arguments <- function(window, trees) {
   if (is.null(window)) return(list())
   if (is.character(window)) {
     if (!file.exists(window)) stop_input(window, ": there is no such file")
@@ -100,6 +113,12 @@ window_arguments <- function(window) {
   if (!inherits(window, c("sf", "sfc", "sfg"))) stop_usage("`window` has to be a path or polygons of class sf or sfc")
   if (!requireNamespace("sf", quietly = TRUE)) stop_usage("windows of class sf need the package sf")
   geometry <- if (inherits(window, "sfg")) sf::st_sfc(window) else sf::st_geometry(window)
+  if (inherits(trees, "sf") && !isTRUE(sf::st_crs(trees) == sf::st_crs(geometry))) {
+    stop_usage("`trees` and `window` have different coordinate reference systems; use sf::st_transform(window, sf::st_crs(trees))")
+  }
+  meters <- meters_of(geometry, "`window`")
+  if (meters != 1 && !inherits(trees, "sf")) stop_usage("the coordinates of `window` are not in meters, those of trees without a coordinate reference system are; use sf::st_transform()")
+  if (meters != 1) geometry <- geometry * meters
   plots <- if (inherits(window, "sf") && "plot" %in% names(window)) lapply(as.character(window$plot), function(plot) if (!is.na(plot)) plot)
   list(windows = Filter(Negate(is.null), list(wkt = as.list(sf::st_as_text(sf::st_zm(geometry), digits = 17)), plot = plots)))
 }
@@ -149,8 +168,11 @@ structural_units <- function(trees, window = NULL, edge = "buffer", buffer = 5, 
     }), "trees")
   }
   attr(table, "summary") <- result$json
-  table
+  own_copy(table)
 }
+
+# A data.table whose columns were set by other means than its own needs a copy before `:=`.
+own_copy <- function(table) if (inherits(table, "data.table")) data.table::copy(table) else table
 
 #' Stand tables of an inventory
 #'
@@ -208,6 +230,7 @@ print.silvafit_stand <- strict(function(x, digits = 3, ...) {
 #'
 #' @inheritParams inventory-arguments
 #' @eval setting_params("imputation")
+#' @param seed seed of `add_residual`; without it, it is drawn by R, so that [set.seed()] has effect
 #' @param ... further [settings] of the table
 #' @return `trees` with the response filled in, under its name in `trees`, and the columns `RESPONSE_source` (measured, imputed, missing), `RESPONSE_level`
 #'   (plot, stand, population) and `RESPONSE_flag`, and with `coverage` the limits `RESPONSE_lower` and `RESPONSE_upper`. The attribute `models` is a list of the fits, objects of class `silvafit` without data (see [read_fit()]).
@@ -218,18 +241,28 @@ print.silvafit_stand <- strict(function(x, digits = 3, ...) {
 #' filled <- impute(trees, "h", formula = h ~ 1.3 + a * (1 - exp(-b * dbh)), trust_units = TRUE)
 #' head(filled)
 impute <- function(trees, response = "h", group = "", by = "", minimum_trees = 30, formula = NULL, models = NULL, random = "", variance = NULL, method = "",
-                   add_residual = FALSE, coverage = NULL, seed = 1, columns = NULL, dead = NULL, trust_units = FALSE, threads = 0, progress = interactive(), ...) {
-  if (inherits(formula, "formula")) formula <- paste(expression_text(formula[[2]]), "~", expression_text(formula[[3]]))
+                   add_residual = FALSE, coverage = NULL, seed = NULL, columns = NULL, dead = NULL, trust_units = FALSE, threads = 0, progress = interactive(), ...) {
+  if (inherits(formula, "formula")) formula <- with_pi(paste(expression_text(formula[[2]]), "~", expression_text(formula[[3]])), names(trees))
+  if (is.null(seed)) seed <- if (isTRUE(add_residual)) drawn_seed() else 1
   result <- analysis_of_call("impute", trees, c("reading", "imputation"), list(formula = formula, variance = variance_text(variance)))
   tell_notes(result$json$sentences)
+  if (isTRUE(add_residual)) tell(paste0("imputed values have drawn residuals (seed = ", seed, ")"))
   filled <- if (is.character(trees)) utils::read.csv(trees, check.names = FALSE) else trees
   columns <- result$tables$columns
   for (name in names(columns)) {
     if (length(columns[[name]]) != nrow(filled)) stop_input("the imputed rows are not those of `trees`")
-    filled[[name]] <- columns[[name]]
+    # Limits have the unit of their column.
+    measured <- sub("_(lower|upper)$", "", name)
+    filled[[name]] <- with_unit_of(columns[[name]], filled[[measured]], tree_units[tolower(measured)])
   }
   attr(filled, "models") <- lapply(result$fits, stored_fit, call = match.call())
-  filled
+  own_copy(filled)
+}
+
+# Values in the unit of a column that had them in part.
+with_unit_of <- function(values, column, unit) {
+  if (!inherits(column, "units")) return(values)
+  units::set_units(units::set_units(values, unit, mode = "standard"), units::deparse_unit(column), mode = "standard")
 }
 
 #' Run a whole study
@@ -332,7 +365,7 @@ predict.silvafit_library <- function(object, newdata, level = "population", inte
   predicted <- as.data.frame(result$tables$columns, check.names = FALSE)
   table <- if (is.character(newdata)) utils::read.csv(newdata, check.names = FALSE) else newdata
   if (nrow(table) != nrow(predicted)) stop_input("the predicted rows are not those of `newdata`")
-  with_columns(table, predicted, "newdata")
+  own_copy(with_columns(table, predicted, "newdata"))
 }
 
 #' Grow trees into a 3D file

@@ -63,7 +63,7 @@ sub_model_columns <- function(formula, data, contrasts = NULL, what = "a sub-mod
   }
   matrix <- attr(terms, "factors")
   offsets <- attr(terms, "offset")
-  if (attr(terms, "intercept") == 0) matrix <- with_first_factor_whole(matrix, variables, data)
+  if (attr(terms, "intercept") == 0) matrix <- with_first_factor_whole(matrix, variables, data, environment(formula))
   texts <- character()
   labels <- character()
   factors <- character()
@@ -81,14 +81,14 @@ sub_model_columns <- function(formula, data, contrasts = NULL, what = "a sub-mod
     labels <- c(labels, vapply(columns, `[[`, "", "label"))
   }
   list(intercept = attr(terms, "intercept") == 1, texts = texts, labels = labels, factors = unique(factors),
-       offsets = lapply(variables[offsets], `[[`, 2))
+       offsets = lapply(variables[offsets], function(one) with_arguments_in_order(one, "offset", what)[[2]]))
 }
 
 # Without an intercept the first factor has a column for each level, as in model.matrix().
-with_first_factor_whole <- function(matrix, variables, data) {
+with_first_factor_whole <- function(matrix, variables, data, environment) {
   has_levels <- vapply(variables, function(variable) {
     column <- factor_column_of(variable)
-    if (is.null(column)) return(is_comparison(variable))
+    if (is.null(column)) return(is_truth(variable, data, environment))
     !is.name(variable) || !is.numeric(data[[column]])
   }, logical(1))
   for (term in seq_len(NCOL(matrix))) {
@@ -119,19 +119,21 @@ variable_columns <- function(variable, has_all_levels, data, environment, contra
   if (!is.null(factor_name)) {
     if (!factor_name %in% names(data)) stop_no_column(factor_name, data, what)
     if (is.name(variable) && is.logical(data[[factor_name]])) {
-      return(truth_columns(name_text(factor_name), name, has_all_levels))
+      return(truth_columns(expression_text(as.name(factor_name)), name, has_all_levels))
     }
     if (!is.name(variable) || is.factor(data[[factor_name]]) || is.character(data[[factor_name]])) {
       return(factor_columns(factor_name, name, has_all_levels, data, contrasts))
     }
-    return(list(texts = name_text(factor_name), labels = name))
-  }
-  if (is_comparison(variable)) {
-    return(truth_columns(paste0("(", expression_text(strip_parentheses(variable), what), ")"), name, has_all_levels))
+    return(list(texts = expression_text(as.name(factor_name)), labels = name))
   }
   text <- expression_text(variable, what)
-  missing <- setdiff(all.vars(variable), names(data))
+  missing <- setdiff(all.vars(variable), c(names(data), "pi"))
   if (length(missing) > 0) stop_no_column(missing[1], data, what)
+  if (is_truth(variable, data, environment)) {
+    inner <- without_marks(variable)
+    text <- expression_text(inner, what)
+    return(truth_columns(if (is_comparison(inner)) paste0("(", text, ")") else text, name, has_all_levels))
+  }
   list(texts = text, labels = name)
 }
 
@@ -139,7 +141,7 @@ variable_columns <- function(variable, has_all_levels, data, environment, contra
 factor_column_of <- function(variable) {
   if (is.name(variable)) return(as.character(variable))
   if (is.call(variable) && as.character(variable[[1]])[1] %in% c("factor", "as.factor") && length(variable) == 2 &&
-      is.name(variable[[2]])) {
+      is.name(variable[[2]]) && (is.null(names(variable)) || names(variable)[2] %in% c("", "x"))) {
     return(as.character(variable[[2]]))
   }
   NULL
@@ -150,10 +152,19 @@ strip_parentheses <- function(expression) {
   expression
 }
 
+# An expression without I() and parentheses around it.
+without_marks <- function(expression) {
+  while (is.call(expression) && as.character(expression[[1]])[1] %in% c("(", "I")) expression <- expression[[2]]
+  expression
+}
+
 is_comparison <- function(variable) {
   variable <- strip_parentheses(variable)
   is.call(variable) && as.character(variable[[1]])[1] %in% c("==", "!=", "<", "<=", ">", ">=", "&", "|", "&&", "||", "!", "%in%")
 }
+
+# Whether the values are TRUE or FALSE, which R takes for a factor, as in I(dbh > 20).
+is_truth <- function(variable, data, environment) is.logical(tryCatch(eval(variable, data, environment), error = function(e) NULL))
 
 truth_columns <- function(text, name, has_all_levels) {
   if (!has_all_levels) return(list(texts = text, labels = paste0(name, "TRUE")))
@@ -176,7 +187,7 @@ factor_columns <- function(column, name, has_all_levels, data, contrasts) {
 
 # A column of a contrast matrix as comparisons with the levels.
 coded_text <- function(column, levels, weights) {
-  comparisons <- paste0("(", name_text(column), " == ", vapply(levels, string_text, ""), ")")
+  comparisons <- paste0("(", expression_text(as.name(column)), " == ", vapply(levels, string_text, ""), ")")
   used <- which(weights != 0)
   if (length(used) == 1 && weights[used] == 1) return(comparisons[used])
   parts <- ifelse(weights[used] == 1, comparisons[used],

@@ -26,7 +26,7 @@ update.silvafit <- function(object, formula., ..., evaluate = TRUE) {
   for (i in seq_along(changes)) {
     name <- own_name(names(changes)[i])
     # Of arguments that set the same, the new one counts.
-    same <- switch(name, method = c("method", "reml"), nAGQ = c("method", "agq_points"), name)
+    same <- switch(name, method = c("method", "reml"), nAGQ = c("method", "agq_points"), control = c("max_iterations", "trace"), name)
     call[intersect(same, names(call))] <- NULL
     values[same] <- NULL
     if (!is.null(changes[[i]])) call[[name]] <- changes[[i]]

@@ -449,8 +449,8 @@ bool is_name_byte(char byte) {
 }
 
 bool is_plain_name(std::string_view name) {
-  return !name.empty() && starts_name(name[0]) && std::ranges::all_of(name, is_name_byte) &&
-         find_printed_sign(name).sign == nullptr;
+  return !name.empty() && name != "pi" && starts_name(name[0]) &&
+         std::ranges::all_of(name, is_name_byte) && find_printed_sign(name).sign == nullptr;
 }
 
 std::string text_match_name(std::string_view column, std::string_view value) {

@@ -36,6 +36,17 @@ TEST_CASE("a parameter that a zero removes from the formula is refused, a column
         Names{"a"});
 }
 
+TEST_CASE("pi is a number, and the name of a column in backquotes only") {
+  CHECK(specify_model("h ~ a + pi*dbh", {}, columns({"h", "dbh"})).predictors() == Names{"dbh"});
+  const Table table = columns({"h", "dbh", "pi"});
+  const auto model = specify_model("h ~ a + `pi`*dbh", {"a ~ `pi`"}, table);
+  CHECK(model.formula.right.text() == "a + `pi`*dbh");
+  CHECK_THROWS_WITH(specify_model("h ~ a + pi*dbh", {}, table),
+                    Catch::Contains("column 9: pi is 3.14159"));
+  CHECK_THROWS_AS(specify_model("h ~ a*dbh", {"a ~ I(2*pi)"}, table), FormulaError);
+  CHECK_NOTHROW(specify_model("h ~ a*dbh + pine", {}, table));
+}
+
 TEST_CASE("sub-models add coefficients named parameter:covariate") {
   const auto table = columns({"h", "dbh", "C", "U"});
   const auto model = specify_model(

@@ -185,3 +185,44 @@ if (requireNamespace("insight", quietly = TRUE) && requireNamespace("performance
   equal_fit <- suppressMessages(silvafit(y ~ m, equal, random = m ~ 1 | g, start = c(m = 2)))
   expect_true(performance::check_singularity(equal_fit))
 }
+
+# Elements are not completed from parts of their names, and those of other packages name their function
+children <- as.data.frame(nlme::Orthodont)
+line <- silvafit(distance ~ a + b * age, children, random = a ~ 1 | Subject)
+for (name in c("resid", "sigma", "coef", "logLik")) expect_equal(class_of_error(eval(call("$", line, name))), "silvafit_usage_error", info = name)
+expect_null(line$resi)
+expect_true(grepl("use residuals(fit)", message_of_error(line$resid), fixed = TRUE))
+
+# Data and fits with the rows in other groups
+file <- tempfile()
+fit_json(line, file)
+set.seed(1)
+other <- transform(children, Subject = rep(sample(unique(as.character(Subject))), each = 4))
+expect_equal(class_of_error(read_fit(file, other)), "silvafit_input_error")
+expect_equal(residuals(read_fit(file, children)), residuals(line), tolerance = 1e-12)
+moved <- transform(children, Subject = sample(Subject))
+expect_equal(class_of_error(anova(line, silvafit(distance ~ a + b * age, moved, random = a + b ~ 1 | Subject))), "silvafit_usage_error")
+expect_equal(class_of_error(anova(line, silvafit(distance ~ a + b * age, children[-1, ]))), "silvafit_usage_error")
+shuffled <- children[sample(108), ]
+expect_equal(anova(silvafit(distance ~ a + b * age, shuffled), line)$L.Ratio, anova(silvafit(distance ~ a + b * age, children), line)$L.Ratio, tolerance = 1e-9)
+
+# Coefficients beside the data, as nlme has them for groups with the same columns
+theirs <- nlme::lme(distance ~ age, children, random = ~ 1 | Subject, method = "ML")
+expect_equal(unname(as.matrix(coef(line, augFrame = TRUE)[, 1:2])), unname(as.matrix(coef(theirs, augFrame = TRUE)[, 1:2])), tolerance = 1e-5)
+expect_equal(coef(line, augFrame = TRUE)$Sex, coef(theirs, augFrame = TRUE)$Sex)
+expect_true(length(capture.output(print(summary(silvafit(distance ~ a + b * age, children))))) > 10)
+expect_equal(class_of_error(VarCorr(silvafit(distance ~ a + b * age, children))), "silvafit_usage_error")
+expect_true(grepl("b is a column", message_of_error(silvafit(distance ~ a + b * age, transform(children, b = 1), parameters = a + b ~ 1))))
+
+# Files: a left side that is an expression, and the names of levels
+logarithmic <- silvafit(log(distance) ~ a + b * age, children, random = a ~ 1 | Subject, parameters = a ~ Sex)
+fit_json(logarithmic, file)
+expect_equal(fixef(read_fit(file)), fixef(logarithmic))
+expect_equal(residuals(read_fit(file, children)), residuals(logarithmic), tolerance = 1e-12)
+if (requireNamespace("data.table", quietly = TRUE)) {
+  trees <- data.frame(plot = 1, tree = 1:12, species = "A", x = c(1:6, 6:1), y = rep(c(1, 4), each = 6), dbh = 10:21, h = 10)
+  options(warn = 2)
+  table <- suppressMessages(structural_units(data.table::as.data.table(trees), edge = "none", trust_units = TRUE))
+  expect_true("new" %in% names(table[, `:=`(new, 1)]))
+  options(warn = 0)
+}

@@ -151,3 +151,13 @@ for (method in c("lb", "focei", "laplace")) {
   factor <- if (method == "lb") 108 / 105 else 1
   expect_equal(unname(sqrt(diag(vcov(fit)))), unname(sqrt(factor * diag(vcov(expected)))), tolerance = 1e-4)
 }
+# Calls without `random`: nlme() then has random effects of all coefficients of `fixed`
+children <- nlme::Orthodont
+expect_message(by_default <- silvafit(distance ~ a + b * age, children, fixed = a + b ~ 1, start = c(16, 0.6), method = "ML"), "as in nlme")
+theirs <- nlme::nlme(distance ~ a + b * age, children, fixed = a + b ~ 1, start = c(16, 0.6), method = "ML")
+expect_equal(as.numeric(logLik(by_default)), as.numeric(logLik(theirs)), tolerance = 1e-7)
+expect_equal(as.numeric(logLik(suppressMessages(update(by_default, start = NULL)))), as.numeric(logLik(by_default)), tolerance = 1e-9)
+expect_false(length(suppressMessages(silvafit(distance ~ a + b * age, children, fixed = a + b ~ 1, random = NULL))$fit$random) > 0)
+plain <- as.data.frame(children)
+expect_equal(class_of_error(silvafit(distance ~ a + b * age, plain, fixed = a + b ~ 1)), "silvafit_usage_error")
+expect_true(grepl("order", message_of_error(silvafit(distance ~ a + b * age, plain, start = c(16, 0.6)))))

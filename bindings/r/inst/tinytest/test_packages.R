@@ -126,6 +126,8 @@ if (requireNamespace("lme4", quietly = TRUE) && requireNamespace("car", quietly 
   g <- c(1 / fixef(ours)[["b"]], -fixef(ours)[["a"]] / fixef(ours)[["b"]]^2)
   expect_equal(car::deltaMethod(ours, "a/b")$SE, sqrt(drop(g %*% vcov(ours) %*% g)), tolerance = 1e-6)
   expect_equal(row.names(car::Anova(ours)), c("a", "b"))
+  expect_true(grepl("Type III", attr(car::Anova(ours), "heading")))
+  for (argument in list(list(type = "II"), list(type = 2), list(test.statistic = "Chisq"))) expect_equal(class_of_error(do.call(car::Anova, c(list(ours), argument))), "silvafit_usage_error")
   values <- generics::tidy(ours, effects = "ran_vals")
   expect_equal(values$estimate[values$level == "308"], unlist(ranef(ours)["308", ], use.names = FALSE))
   expect_equal(values$std.error[values$level == "308"], unlist(attr(ranef(ours, se = TRUE), "se")["308", ], use.names = FALSE))

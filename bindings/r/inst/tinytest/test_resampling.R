@@ -5,14 +5,14 @@ line <- silvafit(dist ~ a + b * speed, data = cars)
 
 # The parametric bootstrap of a straight line has the standard errors of lm with n for n - 2 in sigma^2, to the noise of 400 replicates
 # (3.5 %, one standard error).
-drawn <- bootstrap(line, 400, progress = FALSE)
+drawn <- bootstrap(line, 400, seed = 1, progress = FALSE)
 errors <- sqrt(diag(vcov(lm(dist ~ speed, cars)))) * sqrt(48 / 50)
 expect_true(all(abs(drawn$parameters[c("a", "b"), "se"] / errors - 1) < 0.15))
 expect_equal(drawn$parameters["b", "estimate"], unname(fixef(line)["b"]))
 expect_equal(drawn$converged, 400)
 expect_equal(dim(drawn$values), c(400L, 3L))
 expect_equal(drawn$parameters$se, unname(apply(drawn$values, 2, sd)), tolerance = 1e-10)
-expect_identical(drawn$values, bootstrap(line, 400, threads = 1, progress = FALSE)$values)
+expect_identical(drawn$values, bootstrap(line, 400, seed = 1, threads = 1, progress = FALSE)$values)
 expect_true(length(capture.output(print(drawn))) > 4)
 # A fixed coefficient stays fixed.
 held <- silvafit(dist ~ a + b * speed, data = cars, hold = c(a = -20))
