@@ -227,8 +227,7 @@ SmallerVariance LindstromBates::variance_of(const LindstromBatesOutcome& outcome
 }
 
 LindstromBatesState LindstromBates::start_from(const SmallerVariance& smaller,
-                                               const std::vector<std::size_t>& factors_of,
-                                               bool is_near) {
+                                               const std::vector<std::size_t>& factors_of) {
   VectorXd parameters = variance_.start();
   for (const VarianceModel::Quantity& quantity : variance_.quantities()) {
     bool is_known = false;
@@ -264,7 +263,6 @@ LindstromBatesState LindstromBates::start_from(const SmallerVariance& smaller,
     state.theta.head(random_parameter_count()) *= std::exp(mean_log - smaller.mean_log);
     for (MatrixXd& of_term : state.spherical) of_term *= std::exp(smaller.mean_log - mean_log);
   }
-  choose_correlation(state, is_near);
   return state;
 }
 
@@ -275,21 +273,39 @@ bool LindstromBates::has_unbounded_range(const LindstromBatesState& state) const
                         variance_.correlation_part(variance_parameters(state.theta))) > kFar;
 }
 
-void LindstromBates::choose_correlation(LindstromBatesState& state, bool is_near) {
-  if (variance_.correlated() == nullptr) return;
-  constexpr double kShort = 0.3;
+std::vector<LindstromBatesState> LindstromBates::with_correlations(
+    const LindstromBatesState& state) {
+  if (variance_.correlated() == nullptr) return {state};
+  constexpr std::size_t kMost = 3;
+  constexpr double kApart = 1.3;  // a factor of four in a range
+  struct Start {
+    VectorXd parameters;
+    double value;
+  };
+  std::vector<Start> all;
   LindstromBatesState trial = state;
-  double highest = -std::numeric_limits<double>::infinity();
   for (const VectorXd& start : variance_.correlated()->structure().starts()) {
-    if (is_near && relative_range(variance_.correlated()->structure(), start) > kShort) continue;
     trial.theta.tail(start.size()) = start;
     Linearization at;
     if (!linearize(trial, nullptr, at)) continue;
     const LinearMixedProfile value = profile_at(at, trial.theta, false);
-    if (!value.is_valid || -value.minus_log_likelihood <= highest) continue;
-    highest = -value.minus_log_likelihood;
-    state.theta = trial.theta;
+    if (value.is_valid) all.push_back({start, value.minus_log_likelihood});
   }
+  std::ranges::stable_sort(all, {}, &Start::value);
+  std::vector<VectorXd> chosen;
+  for (const Start& start : all) {
+    const bool is_new = std::ranges::none_of(chosen, [&](const VectorXd& other) {
+      return std::abs(start.parameters[0] - other[0]) < kApart;
+    });
+    if (is_new && chosen.size() < kMost) chosen.push_back(start.parameters);
+  }
+  std::vector<LindstromBatesState> result;
+  for (const VectorXd& parameters : chosen) {
+    result.push_back(state);
+    result.back().theta.tail(parameters.size()) = parameters;
+  }
+  if (result.empty()) result.push_back(state);
+  return result;
 }
 
 double LindstromBates::log_units() const {

@@ -114,10 +114,11 @@ class LindstromBates {
   SmallerVariance variance_of(const LindstromBatesOutcome& outcome) const;
   /// A start from a fit whose variance function is nested in this one.
   /// \param factors_of  for each factor of the smaller function, its index in this function
-  /// \param is_near  whether the correlation begins at a short range
   LindstromBatesState start_from(const SmallerVariance& smaller,
-                                 const std::vector<std::size_t>& factors_of,
-                                 bool is_near = false);
+                                 const std::vector<std::size_t>& factors_of);
+  /// The state with the most likely of the structure's starts of the correlation, each at another
+  /// range; the state alone without a correlation. Their likelihood may have several maxima.
+  std::vector<LindstromBatesState> with_correlations(const LindstromBatesState& state);
   /// Whether the range of the correlation is far above all distances.
   bool has_unbounded_range(const LindstromBatesState& state) const;
   /// A start at a fit of the same model to the same or other data.
@@ -147,9 +148,6 @@ class LindstromBates {
   static constexpr double kLoosestSquares = 1e-7;
 
   Eigen::Index random_parameter_count() const;
-  /// Sets the correlation of a state to the most likely of the structure's starts.
-  /// \param is_near  whether ranges have to be short in comparison with the distances
-  void choose_correlation(LindstromBatesState& state, bool is_near = false);
   /// Calls visit(term, factor, begin) for each term, whose parameters in theta begin there; the
   /// last term is first.
   template <typename Visit>

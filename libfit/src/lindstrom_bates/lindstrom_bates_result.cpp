@@ -56,8 +56,7 @@ LindstromBatesState LindstromBates::start_at(const MixedEffectsFit& fit) {
     state.spherical.push_back(
         spherical_effects(now[t], scaled_values(random_[t], fit.random[t].effects)));
   }
-  if (!fit.variance.correlation) choose_correlation(state);
-  return state;
+  return fit.variance.correlation ? state : with_correlations(state).front();
 }
 
 bool LindstromBates::leave_boundary(const LindstromBatesOutcome& outcome,

@@ -57,6 +57,12 @@ LindstromBatesOutcome run_from(LindstromBates& engine,
 
 bool is_better(const LindstromBatesOutcome& a, const LindstromBatesOutcome& b) {
   if (!a.is_valid || !b.is_valid) return a.is_valid;
+  // A range without bound is an answer, too: the likelihood is highest there.
+  const auto is_limit = [](const LindstromBatesOutcome& end, const LindstromBatesOutcome& other) {
+    return end.obstacle.cause == Finding::Kind::kRangeUnbounded &&
+           end.log_likelihood > other.log_likelihood + kHigher;
+  };
+  if (is_limit(a, b) || is_limit(b, a)) return is_limit(a, b);
   if (a.converged != b.converged) return a.converged;
   return a.log_likelihood > b.log_likelihood + kRoundedLikelihood;
 }
@@ -230,9 +236,9 @@ LindstromBatesSearch climb_lindstrom_bates(const NonlinearModel& model,
   engine->set_passes(passes);
   Search search(*engine, least_likelihood(function, pooled));
   if (smaller) {
-    search.consider(engine->start_from(*smaller, factors_of), Alternation::kInterleaved);
-    if (is_correlated && !search.best().converged) {
-      search.consider(engine->start_from(*smaller, factors_of, true), Alternation::kInterleaved);
+    for (const LindstromBatesState& state :
+         engine->with_correlations(engine->start_from(*smaller, factors_of))) {
+      search.consider(state, Alternation::kInterleaved);
     }
   }
   const bool is_below = smaller && smaller->converged &&
