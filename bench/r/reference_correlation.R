@@ -95,7 +95,7 @@ record("dialyzer_gnls_ar1", "Dialyzer", "rate ~ Asym*(1 - exp(-exp(lrc)*(pressur
 # Wheat2: a field trial
 field <- function(correlation) gls(yield ~ variety - 1, as.data.frame(Wheat2), correlation = correlation, control = general)
 plots <- function(id, correlation, fit) record(id, "Wheat2", "yield ~ m", correlation, fit, parameters = "m ~ 0 + variety")
-plots("wheat2_spherical", "spherical(latitude, longitude; nugget)", field(corSpher(c(28, 0.2), form = ~ latitude + longitude, nugget = TRUE)))
+plots("wheat2_spherical", "spherical(latitude, longitude; nugget)", field(corSpher(c(37.4, 0.17), form = ~ latitude + longitude, nugget = TRUE)))
 plots("wheat2_rational", "rational-quadratic(latitude, longitude; nugget)", field(corRatio(c(12.5, 0.2), form = ~ latitude + longitude, nugget = TRUE)))
 
 # Spruce: trees over time

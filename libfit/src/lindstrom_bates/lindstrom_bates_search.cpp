@@ -57,10 +57,10 @@ LindstromBatesOutcome run_from(LindstromBates& engine,
 
 bool is_better(const LindstromBatesOutcome& a, const LindstromBatesOutcome& b) {
   if (!a.is_valid || !b.is_valid) return a.is_valid;
-  // A range without bound is an answer, too: the likelihood is highest there.
+  // A range without bound is an answer, too, if the likelihood is far higher there.
   const auto is_limit = [](const LindstromBatesOutcome& end, const LindstromBatesOutcome& other) {
     return end.obstacle.cause == Finding::Kind::kRangeUnbounded &&
-           end.log_likelihood > other.log_likelihood + kHigher;
+           end.log_likelihood > other.log_likelihood + kDoubtful;
   };
   if (is_limit(a, b) || is_limit(b, a)) return is_limit(a, b);
   if (a.converged != b.converged) return a.converged;
@@ -85,6 +85,7 @@ class Search {
       outcome.converged = false;
       outcome.obstacle = {.status = ConvergenceStatus::kNoMaximum,
                           .cause = Finding::Kind::kRangeUnbounded};
+      unbounded_ = std::max(unbounded_, outcome.log_likelihood);
     }
     outcome.converged = outcome.converged && outcome.log_likelihood > least_;
     if (is_better(outcome, best_)) best_ = std::move(outcome);
@@ -122,6 +123,8 @@ class Search {
   }
 
   const LindstromBatesOutcome& best() const { return best_; }
+  /// The highest log-likelihood with a range without bound.
+  double unbounded() const { return unbounded_; }
 
  private:
   static constexpr int kFewShortSteps = 6;
@@ -129,6 +132,7 @@ class Search {
   LindstromBates& engine_;
   double least_;
   LindstromBatesOutcome best_;
+  double unbounded_ = -std::numeric_limits<double>::infinity();
 };
 
 bool is_held(const VarianceFactor& factor) {
@@ -247,7 +251,10 @@ LindstromBatesSearch climb_lindstrom_bates(const NonlinearModel& model,
     persistence == Persistence::kOnce ? search.try_once(spread) : search.try_all_starts();
   }
   work += engine->work();
-  return {.engine = std::move(engine), .outcome = search.best(), .work = work};
+  return {.engine = std::move(engine),
+          .outcome = search.best(),
+          .work = work,
+          .unbounded = search.unbounded()};
 }
 
 LindstromBatesSearch search_lindstrom_bates(const NonlinearModel& model,
@@ -307,16 +314,22 @@ MixedEffectsFit fit_lindstrom_bates(const NonlinearModel& model,
   MixedEffectsFit fit;
   Obstacle obstacle;
   bool is_valid = false;
+  double unbounded = kNaN;
   {
     // The memory of the search is as large as the data, and not needed for the convergence test.
     const LindstromBatesSearch search = search_lindstrom_bates(model, start, options);
     is_valid = search.outcome.is_valid;
+    unbounded = search.unbounded;
     if (model.specification().correlation) obstacle = search.outcome.obstacle;
     if (is_valid) fit = search.engine->result(search.outcome);
   }
   if (!is_valid) fit = failed(model, start, why_no_step(model, start));
   describe(model, fit);
   if (is_valid) judge(model, fit, Rounds::kAlternations, options.reml, obstacle);
+  if (fit.convergence.converged() && unbounded > fit.log_likelihood + kHigher) {
+    fit.convergence.find(
+        {.kind = Finding::Kind::kRangeDoubt, .values = {unbounded, fit.log_likelihood}});
+  }
   return fit;
 }
 

@@ -2,6 +2,7 @@
 // Selection of the fit from several runs of the Lindstrom-Bates alternation.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -23,6 +24,9 @@ struct LindstromBatesSearch {
   std::unique_ptr<LindstromBates> engine{};
   LindstromBatesOutcome outcome{};
   LindstromBatesWork work{};  ///< of all runs
+  /// The highest log-likelihood with a correlation whose range grows without bound, if one ended
+  /// so.
+  double unbounded = -std::numeric_limits<double>::infinity();
 };
 LindstromBatesSearch climb_lindstrom_bates(const NonlinearModel& model,
                                            const Eigen::VectorXd& start,

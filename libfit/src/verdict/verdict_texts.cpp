@@ -169,6 +169,10 @@ std::string_view text_of(Finding::Kind kind) {
        "Converged, with a doubt: the formula has a kink in {names}, where quadrature needs more "
        "points; by quadrature with {x:.0f} points per random effect the log-likelihood at these "
        "estimates is {y:.2f}, not {z:.2f}. Use `agq_points={x:.0f}`."},
+      {kRangeDoubt,
+       "Converged, with a doubt: with a range of the correlation that grows without bound the "
+       "log-likelihood is higher ({x:.2f} against {y:.2f}). Compare with random effects, or with "
+       "`correlation=compound-symmetry`."},
       {kTwoValues,
        "The response {a} has two values only ({b} and {c}), but the residuals of this fit are "
        "taken as normal: its standard errors and tests are not valid. A binomial model suits it, "
