@@ -180,7 +180,7 @@ void add_tests(std::vector<Candidate>& candidates) {
   for (std::size_t i = 1; i < candidates.size(); ++i) {
     if (!candidates[i].fit.convergence.converged()) continue;
     candidates[i].test =
-        nested_test(candidates[i].fit, candidates[0].fit).value_or(LikelihoodRatioTest{});
+        nested_test(candidates[i].fit, candidates[0].fit).value_or(fit::NestedTest{});
   }
 }
 

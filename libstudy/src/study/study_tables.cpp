@@ -78,7 +78,7 @@ const Columns kTest{{"likelihood_ratio", "Likelihood ratio", ColumnKind::kCriter
                     {"df", "df", ColumnKind::kCount},
                     {"p", "p", ColumnKind::kP}};
 
-TableRow test_cells(const std::optional<LikelihoodRatioTest>& test) {
+TableRow test_cells(const std::optional<fit::NestedTest>& test) {
   if (!test) return {TableCell(), TableCell(), TableCell()};
   return {test->statistic, number(test->degrees_of_freedom), test->p};
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "silvafit/study/view_data.hpp"
 #include "silvafit/tree/builder.hpp"
@@ -10,6 +11,9 @@
 #include "view/view_stand.hpp"
 
 namespace silvafit::study {
+
+/// Base64 with padding. Source: RFC 4648, section 4.
+std::string base64(std::string_view bytes);
 
 /// The objects that the page draws.
 struct ViewDrawing {

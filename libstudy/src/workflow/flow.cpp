@@ -12,10 +12,6 @@
 namespace silvafit::study {
 namespace {
 
-void note_sorting(bool is_sorted, const NoteCallback& note) {
-  if (is_sorted && note) note(kSortedNote);
-}
-
 data::TableParts table_parts(
     const data::TableSource& source,
     const ReadingSettings& settings,
@@ -40,33 +36,17 @@ data::TableParts table_parts(
 
 }  // namespace
 
-InventoryFlow::InventoryFlow(const data::TableSource& source,
-                             const ReadingSettings& settings,
-                             const stand::InventoryOptions& options,
-                             const FlowSettings& flow,
-                             NoteCallback note)
-    : batches_(source,
-               inventory_options(settings, options),
-               flow.rows,
-               flow.is_in_parts ? stand::BatchOf::kPlots : stand::BatchOf::kTable),
-      is_in_parts_(flow.is_in_parts),
-      note_(std::move(note)),
-      ahead_([this] { return batches_.next(); }, flow.is_in_parts ? flow.threads : 1) {
-  if (batches_.is_sorted()) notes_.emplace_back(kSortedNote);
-  note_sorting(batches_.is_sorted(), note_);
-}
-
-std::optional<stand::CheckedInventory> InventoryFlow::next() {
-  std::optional<stand::CheckedInventory> part = ahead_.next();
-  const bool is_complete = is_in_parts_ ? !part : part.has_value();
-  if (!is_complete || std::exchange(is_finished_, true)) return part;
-  const std::vector<std::string> notes = is_in_parts_ ? batches_.notes() : part->notes;
-  recognized_ = is_in_parts_ ? batches_.recognized() : part->recognized;
-  give_notes(notes, note_);
-  notes_.insert(notes_.end(), notes.begin(), notes.end());
-  const std::string excluded = batches_.excluded();
-  if (!excluded.empty() && note_) note_(excluded);
-  return part;
+stand::InventoryBatches inventory_flow(const data::TableSource& source,
+                                       const ReadingSettings& settings,
+                                       const stand::InventoryOptions& options,
+                                       const FlowSettings& flow,
+                                       const NoteCallback& note) {
+  return stand::InventoryBatches(source,
+                                 inventory_options(settings, options),
+                                 flow.rows,
+                                 flow.is_in_parts ? stand::BatchOf::kPlots : stand::BatchOf::kTable,
+                                 flow.threads,
+                                 note);
 }
 
 TableFlow::TableFlow(const data::TableSource& source,
@@ -80,7 +60,7 @@ TableFlow::TableFlow(const data::TableSource& source,
   } else {
     whole_ = source;
   }
-  note_sorting(is_sorted(), note);
+  if (is_sorted() && note) note(stand::kSortedNote);
 }
 
 std::optional<data::TableSource> TableFlow::read() {

@@ -104,6 +104,12 @@ std::string joined_label(const std::vector<std::string_view>& fields);
 /// The same for all rows of a table.
 data::TextColumn joined_labels(const data::Table& table, const std::vector<std::string>& columns);
 
+/// The numbers of a source in a table; texts are NaN.
+/// \throws as data::column_reference and data::numbers_of
+std::vector<double> numbers_from(const data::Table& table,
+                                 std::string_view name,
+                                 std::string_view source);
+
 /// Standard columns that a file has under another usual name, such as dbh as BHD, or in another
 /// unit, such as `DBH (mm)`, which is the source `DBH (mm)`/10. docs/inventory.md lists the names.
 /// In FIA's table TREE, columns have FIA's meaning and units. Labels may be joined_columns(). If x

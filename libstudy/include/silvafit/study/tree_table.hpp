@@ -52,7 +52,6 @@ struct RepeatCounts {
   std::string first_copy{};  ///< where it is, for the note
   std::size_t others = 0;    ///< with other values
 
-  void add(const RepeatCounts& part);
   std::vector<std::string> notes() const;
 };
 
@@ -63,7 +62,6 @@ struct RepeatedTreeCounts {
   std::size_t others = 0;    ///< another tree, which gets a new number
   std::string first_other{};
 
-  void add(const RepeatedTreeCounts& part);
   std::vector<std::string> notes() const;
 };
 
