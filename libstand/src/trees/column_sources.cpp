@@ -356,6 +356,26 @@ ColumnMapping in_our_unit(ColumnMapping mapping,
   return mapping;
 }
 
+std::vector<std::size_t> fields_of(const std::string& name,
+                                   const std::vector<std::string>& header,
+                                   const std::vector<ColumnMapping>& mapped,
+                                   const std::string& file) {
+  const auto find = [&header](const std::string& source) {
+    std::vector<std::size_t> fields;
+    if (const auto own = field_named(source, header)) return std::vector{*own};
+    for (const std::string& column : joined_columns(source, header)) {
+      fields.push_back(*field_named(column, header));
+    }
+    return fields;
+  };
+  const ColumnMapping* const mapping = mapping_to(name, mapped);
+  std::vector<std::size_t> fields = find(mapping == nullptr ? name : mapping->source);
+  if (!fields.empty()) return fields;
+  const auto is_it = [&name](const std::string& known) { return known == name; };
+  const std::vector<ColumnMapping> usual = usual_columns(header, is_it, file);
+  return usual.size() == 1 ? find(usual.front().source) : fields;
+}
+
 std::optional<std::string> usual_time_column(const std::vector<std::string>& header) {
   for (const std::string_view name : {"year", "date"}) {
     if (const auto field = field_in_any_case(name, header)) return header[*field];

@@ -387,14 +387,12 @@ std::vector<std::size_t> filled_fields(const InventoryOptions& options,
                                        const std::string& file) {
   std::vector<std::size_t> fields;
   for (const std::string& name : options.fill_down) {
-    auto field = field_named(name, header);
-    const ColumnMapping* const mapping = mapping_to(name, options.columns);
-    if (!field && mapping != nullptr) field = field_named(mapping->source, header);
-    const auto is_it = [&name](const std::string& known) { return known == name; };
-    const auto usual = field ? std::vector<ColumnMapping>() : usual_columns(header, is_it, file);
-    if (usual.size() == 1) field = field_named(usual.front().source, header);
-    if (!field) throw UsageError(data::no_such_column(name, header), {.column = "`fill_down`"});
-    fields.push_back(*field);
+    const auto own = field_named(name, header);
+    const auto found = own ? std::vector{*own} : fields_of(name, header, options.columns, file);
+    if (found.empty()) {
+      throw UsageError(data::no_such_column(name, header), {.column = "`fill_down`"});
+    }
+    fields.insert(fields.end(), found.begin(), found.end());
   }
   return fields;
 }

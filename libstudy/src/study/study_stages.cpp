@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "study/study_stages.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,6 +16,7 @@
 #include "study/nested_tests.hpp"
 #include "study/plots_left_out.hpp"
 #include "study/study_levels.hpp"
+#include "study/study_work.hpp"
 
 namespace silvafit::study {
 namespace {

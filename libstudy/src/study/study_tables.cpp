@@ -11,9 +11,7 @@
 
 #include "silvafit/base/atomic_file.hpp"
 #include "study/chosen_fits.hpp"
-#include "study/model_tables.hpp"
 #include "study/nested_tests.hpp"
-#include "study/species_importance.hpp"
 
 namespace silvafit::study {
 namespace {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "view/view_json.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -12,6 +10,7 @@
 #include "silvafit/stand/species_table.hpp"
 #include "silvafit/stand/window.hpp"
 #include "silvafit/tree/packed_glb.hpp"
+#include "view/view_stand.hpp"
 
 namespace silvafit::study {
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "view/view_table.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,6 +10,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/stand/tree_columns.hpp"
+#include "view/view_stand.hpp"
 
 namespace silvafit::study {
 namespace {

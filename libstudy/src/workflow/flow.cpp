@@ -7,7 +7,7 @@
 #include <variant>
 
 #include "silvafit/base/error.hpp"
-#include "silvafit/study/tree_table.hpp"
+#include "silvafit/stand/prepared_table.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -26,11 +26,13 @@ data::TableParts table_parts(
     throw InputError("a pipe cannot be read twice; give a file", {.file = path->string()});
   }
   const data::CsvReader reader(source, settings.missing);
+  const stand::InventoryOptions reading = inventory_options(settings);
   data::TablePartsOptions options{.missing = settings.missing, .rows = rows};
-  options.fill_down =
-      stand::filled_fields(inventory_options(settings), reader.header(), reader.file());
+  options.fill_down = stand::filled_fields(reading, reader.header(), reader.file());
   const std::string name = group(reader.header());
-  if (!name.empty()) options.group = fields_of(name, reader.header(), settings, reader.file());
+  if (!name.empty()) {
+    options.group = stand::fields_of(name, reader.header(), reading.columns, reader.file());
+  }
   return {*path, options};
 }
 

@@ -106,10 +106,8 @@ TEST_CASE("trees keep one row each, other trees of one number get a new one") {
 
 TEST_CASE("a column of ours may be one field of a file, or several that are joined") {
   const std::vector<std::string> header{"site", "sub", "BHD", "tree"};
-  const auto found = [&](const std::string& name, std::vector<std::string> columns) {
-    ReadingSettings settings;
-    settings.columns = std::move(columns);
-    return fields_of(name, header, settings, "trees.csv");
+  const auto found = [&](const std::string& name, const std::vector<std::string>& columns) {
+    return stand::fields_of(name, header, stand::parse_column_mappings(columns), "trees.csv");
   };
   CHECK(found("plot", {"plot=sub"}) == std::vector<std::size_t>{1});
   CHECK(found("plot", {"plot=site+sub"}) == std::vector<std::size_t>{0, 1});

@@ -349,31 +349,6 @@ std::map<std::string, std::string> column_map(const std::vector<std::string>& en
   return map;
 }
 
-std::vector<std::size_t> fields_of(const std::string& name,
-                                   const std::vector<std::string>& header,
-                                   const ReadingSettings& settings,
-                                   const std::string& file) {
-  const auto find = [&header](const std::string& source) {
-    Names columns{source};
-    if (std::ranges::find(header, source) == header.end()) {
-      columns = stand::joined_columns(source, header);
-    }
-    std::vector<std::size_t> fields;
-    for (const std::string& column : columns) {
-      fields.push_back(
-          static_cast<std::size_t>(std::ranges::find(header, column) - header.begin()));
-    }
-    return fields;
-  };
-  const std::map<std::string, std::string> sources = column_map(settings.columns);
-  const auto source = sources.find(name);
-  std::vector<std::size_t> fields = find(source == sources.end() ? name : source->second);
-  if (!fields.empty()) return fields;
-  const auto usual = stand::usual_columns(
-      header, [&](const std::string& known) { return known == name; }, file);
-  return usual.size() == 1 ? find(usual.front().source) : fields;
-}
-
 ReadTable read_tree_table(const data::TableSource& source,
                           const ReadingSettings& settings,
                           const std::string& by,

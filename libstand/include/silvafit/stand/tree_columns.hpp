@@ -130,6 +130,13 @@ std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
                                          bool by_location = false,
                                          const std::vector<ColumnMapping>& mapped = {});
 
+/// The fields of a column, by position in a header: as mapped, under this name or, of our columns,
+/// a usual one. Several for a label of joined columns, none if there is no such column.
+std::vector<std::size_t> fields_of(const std::string& name,
+                                   const std::vector<std::string>& header,
+                                   const std::vector<ColumnMapping>& mapped,
+                                   const std::string& file);
+
 /// The column that says whether trees are alive: as mapped, or under a usual name; none if the file
 /// has none.
 /// \throws UsageError if it is mapped to an expression, or codes are given but there is no column

@@ -116,11 +116,4 @@ ObservedTable read_model_table(const data::TableSource& source,
                                const ModelColumns& columns,
                                const NoteCallback& note = {});
 
-/// The fields of one of our columns, by position in a header: as the settings map it, or under a
-/// usual name; several for a label of joined columns, none if there is no such column.
-std::vector<std::size_t> fields_of(const std::string& name,
-                                   const std::vector<std::string>& header,
-                                   const ReadingSettings& settings,
-                                   const std::string& file);
-
 }  // namespace silvafit::study
