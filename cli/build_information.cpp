@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "build_information.hpp"
-
 #include <fmt/format.h>
 
 #include <memory>
@@ -10,6 +8,7 @@
 
 #include "build_settings.hpp"
 #include "command.hpp"
+#include "program.hpp"
 #include "revision.hpp"
 #include "silvafit/base/json_text.hpp"
 #include "silvafit/data/vector_instructions.hpp"

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "command_line_mistakes.hpp"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -12,6 +10,7 @@
 #include <limits>
 
 #include "command_tree.hpp"
+#include "program.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/near_names.hpp"
 #include "silvafit/base/paths.hpp"

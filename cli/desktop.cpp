@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "desktop.hpp"
-
 #include <cstdio>
 #include <filesystem>
 
+#include "program.hpp"
 #include "silvafit/base/system.hpp"
 #include "silvafit/source/open_table.hpp"
 #include "standard_output.hpp"

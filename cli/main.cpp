@@ -12,11 +12,9 @@
 #include <system_error>
 #include <vector>
 
-#include "build_information.hpp"
 #include "command.hpp"
-#include "command_line_mistakes.hpp"
-#include "desktop.hpp"
 #include "help.hpp"
+#include "program.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/io_error.hpp"
 #include "silvafit/base/ranks.hpp"

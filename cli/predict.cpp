@@ -32,15 +32,6 @@ struct PredictArguments {
   std::string out{};
 };
 
-void refuse_known_columns(const data::Table& table, const std::vector<std::string>& names) {
-  for (const std::string& name : names) {
-    if (table.has(name)) {
-      throw InputError("the file already has this column; choose another name",
-                       {.file = table.file(), .column = name});
-    }
-  }
-}
-
 /// Determines which of the two files is the library and which is the table of trees.
 void sort_files(PredictArguments& arguments) {
   const std::size_t wanted = arguments.library.empty() ? 2 : 1;
@@ -69,7 +60,7 @@ void run(const CLI::App& command, PredictArguments arguments) {
   TableWithColumns table(arguments.out, arguments.stream, reading, arguments.common);
   const auto write = [&](const data::TableSource& rows, const study::TablePrediction& part) {
     const AddedColumns added{.table = study::new_columns(part), .digits = arguments.digits};
-    refuse_known_columns(part.table, added.table.names());
+    study::refuse_known_columns(added.table.names(), part.table.names(), part.table.file());
     table.write(rows, added, part.is_in_file_order);
   };
   Progress progress(arguments.common);

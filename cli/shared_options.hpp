@@ -8,6 +8,7 @@
 
 #include "command.hpp"
 #include "silvafit/stand/structural_units.hpp"
+#include "silvafit/study/grow.hpp"
 #include "silvafit/study/predict_table.hpp"
 #include "silvafit/study/tree_equations.hpp"
 #include "silvafit/study/unit_settings.hpp"
@@ -50,6 +51,10 @@ void open_plots(const source::TableChoice& choice,
                 const TreeTable& trees,
                 const CommonOptions& common,
                 study::SamplingSettings& settings);
+
+/// Adds the options of growing, except the common ones.
+/// \param file, options  are filled when the command line is parsed
+void add_grow_options(CLI::App& command, std::string& file, study::GrowSettings& options);
 
 /// Adds the options of structural units.
 void add_unit_options(CLI::App& command, study::UnitSettings& settings);

@@ -1,9 +1,16 @@
 // SPDX-License-Identifier: MIT
 // silvafit stand: stand tables by plot, stratum, species, diameter and structure.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <array>
+#include <cmath>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -17,13 +24,13 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/paths.hpp"
 #include "silvafit/source/write_layers.hpp"
+#include "silvafit/stand/growth.hpp"
 #include "silvafit/stand/stand_json.hpp"
 #include "silvafit/study/analysis_setting_list.hpp"
-#include "silvafit/study/stand_growth.hpp"
 #include "silvafit/study/stand_summary.hpp"
-#include "stand_output.hpp"
 #include "standard_output.hpp"
 #include "table_output.hpp"
+#include "text_table.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -39,6 +46,261 @@ struct StandArguments {
   source::TableChoice plots{};
   CommonOptions common{};
 };
+
+using Tables = std::vector<std::pair<std::string, data::Table>>;
+using Shown = std::vector<ShownColumn>;
+
+void add_quantities(const stand::StandReport& report, const char* error, Shown& columns) {
+  for (const std::string& name : report.quantities) {
+    columns.push_back({name + "_per_ha", name + "/ha", 1, error[0] == 0 ? "" : name + error});
+  }
+}
+
+void print_areas(const stand::StandReport& report, const data::Table& plots) {
+  Shown columns{{"plot", "plot", 0, "", "stand"},
+                {"trees", "trees", 0},
+                {"area_ha", "ha", 4},
+                {"stems_per_ha", "N/ha"},
+                {"basal_area_m2_per_ha", "G m2/ha"},
+                {"quadratic_mean_dbh_cm", "QMD cm"},
+                {"mean_height_m", "mean h"},
+                {"dominant_height_m", "dom. h"},
+                {"crown_cover_percent", "cover %"},
+                {"clark_evans_R", "R", 3},
+                {"clark_evans_R_donnelly", "R Donnelly", 3}};
+  add_quantities(report, "", columns);
+  TextTable table(columns);
+  table.add(plots);
+  if (report.areas.size() > 1) {
+    stand::StandReport all;
+    all.quantities = report.quantities;
+    all.areas.push_back({.area = {.name = "all"}, .figures = report.all});
+    table.add(stand::tables_of(all).front().second);
+  }
+  print_text("Plots (dominant height: the {} thickest trees per ha)\n",
+             report.dominant_trees_per_ha);
+  table.print();
+}
+
+/// Estimates with standard errors, of strata or of kinds of trees.
+void print_estimates(const stand::StandReport& report, Shown columns, const data::Table& rows) {
+  columns.insert(columns.end(),
+                 {{"trees", "trees", 0},
+                  {"stems_per_ha", "N/ha", 1, "stems_per_ha_se"},
+                  {"basal_area_m2_per_ha", "G m2/ha", 2, "basal_area_m2_per_ha_se"},
+                  {"quadratic_mean_dbh_cm", "QMD cm", 1, "quadratic_mean_dbh_cm_se"},
+                  {"mean_height_m", "mean h", 1, "mean_height_m_se"}});
+  add_quantities(report, "_per_ha_se", columns);
+  if (std::isfinite(report.strata.back().area_ha)) {
+    columns.push_back({"area_ha", "ha", 2});
+    columns.push_back({"stems_total", "N", 0, "stems_total_se"});
+    columns.push_back({"basal_area_m2_total", "G m2", 0, "basal_area_m2_total_se"});
+    for (const std::string& name : report.quantities) {
+      columns.push_back({name + "_total", name, 0, name + "_total_se"});
+    }
+  }
+  TextTable table(columns);
+  table.add(rows);
+  table.print();
+}
+
+void print_species(const stand::StandReport& report, const data::Table& species) {
+  Shown columns{{"species", "species", 0, "", "(none)"}, {"stems_per_ha", "N/ha"}};
+  const std::size_t layers = report.species.empty() ? 0 : report.species.front().layers.size();
+  for (std::size_t i = layers; i > 0; --i) {
+    const std::string name = report.layers.name_of(i - 1);
+    columns.push_back({name + "_importance", "IV " + name, 2, name + "_importance_plot_sd"});
+  }
+  columns.insert(columns.end(),
+                 {{"importance", "IV %", 2, "importance_plot_sd"},
+                  {"mean_dbh_cm", "dbh cm", 2, "sd_dbh_cm"},
+                  {"mean_height_m", "h m", 2, "sd_height_m"},
+                  {"basal_area_m2", "G m2", 2},
+                  {"dominant_height_m", "dom. h"}});
+  TextTable table(columns);
+  table.add(species);
+  print_text(
+      "Species (IV: importance value in %, +- standard deviation over plots; frequency from {})\n",
+      report.quadrat_m > 0.0 ? fmt::format("quadrats of {} m", report.quadrat_m) : "plots");
+  table.print();
+}
+
+void print_diameters(const stand::StandReport& report) {
+  TextTable table({"dbh cm", "trees", "N/ha", "G m2/ha"});
+  for (const stand::DiameterClass& one : report.diameters) {
+    table.add({fmt::format("{}-{}", one.low_cm, one.high_cm),
+               std::to_string(one.trees),
+               rounded(one.stems_per_ha),
+               rounded(one.basal_area_m2_per_ha, 2)});
+  }
+  print_text("Diameters\n");
+  table.print();
+}
+
+void print_structure(const stand::StandReport& report) {
+  if (!report.units) return;
+  std::vector<std::string> header{"species", "core trees", "W", "M", "U", "C"};
+  for (const stand::FurtherValues& one : report.units->further) {
+    header.emplace_back(word_of(one.index));
+  }
+  TextTable table(header);
+  const auto add = [&table](const std::string& name, const stand::UnitSummary& summary) {
+    std::vector<std::string> row{name, std::to_string(summary.core_trees)};
+    for (const double mean : {summary.W, summary.M, summary.U, summary.C}) {
+      row.push_back(rounded(mean, 3));
+    }
+    for (const double mean : summary.further) row.push_back(rounded(mean, 3));
+    table.add(std::move(row));
+  };
+  for (const stand::UnitSummary& summary : report.unit_means_by_species) {
+    add(name_or(summary.species, "(none)"), summary);
+  }
+  add("all", *report.unit_means);
+  print_text("Structure, means over core trees ({} neighbors)\n", report.units->neighbors);
+  table.print();
+}
+
+void print_joint(const stand::StandReport& report) {
+  for (const stand::NamedJointDistribution& joint : report.joint) {
+    const std::size_t classes = joint.distribution.neighbors + 1;
+    const auto class_name = [classes](std::size_t i) {
+      return fmt::format("{:.3g}", static_cast<double>(i) / static_cast<double>(classes - 1));
+    };
+    std::vector<std::string> header{joint.first + " \\ " + joint.second};
+    for (std::size_t i = 0; i < classes; ++i) header.push_back(class_name(i));
+    TextTable table(header);
+    for (std::size_t i = 0; i < classes; ++i) {
+      std::vector<std::string> row{class_name(i)};
+      for (std::size_t j = 0; j < classes; ++j) {
+        row.push_back(rounded(100.0 * joint.distribution.at(i, j)));
+      }
+      table.add(std::move(row));
+    }
+    print_text(
+        "{} and {}: % of {} core trees\n", joint.first, joint.second, joint.distribution.trees);
+    table.print();
+  }
+}
+
+using stand::GrowthPart;
+
+/// With column headings; changes are per year.
+constexpr std::array<std::pair<GrowthPart, const char*>, 8> kShownParts{
+    {{GrowthPart::kStart, "start"},
+     {GrowthPart::kEnd, "end"},
+     {GrowthPart::kNetChange, "net /yr"},
+     {GrowthPart::kSurvivorGrowth, "survivors /yr"},
+     {GrowthPart::kIngrowth, "ingrowth /yr"},
+     {GrowthPart::kMortality, "mortality /yr"},
+     {GrowthPart::kCut, "cut /yr"},
+     {GrowthPart::kNotFound, "not found /yr"}}};
+
+void print_fates(const stand::GrowthReport& report) {
+  std::map<std::string, std::size_t> trees;
+  for (const stand::TreeGrowth& tree : report.trees) ++trees[word_of(tree.fate)];
+  print_text("Trees by fate in a period:");
+  for (const auto& [fate, count] : trees) print_text(" {} {}", count, fate);
+  print_text("\n\n");
+}
+
+void print_growth_of_plots(const std::string& value, const data::Table& plots) {
+  Shown columns{{"plot", "plot"}, {"from", "from"}, {"to", "to"}, {"years", "years"}};
+  for (const auto& [part, title] : kShownParts) {
+    columns.push_back({fmt::format("{}_{}", value, word_of(part)), title, 2});
+  }
+  TextTable table(columns);
+  table.add(plots);
+  print_text("{} per ha, by plot\n", value);
+  table.print();
+}
+
+void print_growth_of_strata(const stand::GrowthReport& report, std::size_t value) {
+  if (report.strata.empty()) return;
+  std::vector<std::string> header{"stratum", "period", "plots"};
+  for (const auto& [part, title] : kShownParts) header.emplace_back(title);
+  TextTable table(header);
+  for (const stand::StratumGrowth& stratum : report.strata) {
+    const bool is_all = stratum.kind == stand::StratumFigures::Kind::kAll;
+    std::vector<std::string> row{is_all ? "all" : name_or(stratum.name, "(none)"),
+                                 std::to_string(stratum.period),
+                                 std::to_string(stratum.plots)};
+    for (const auto& [part, title] : kShownParts) {
+      const stand::Estimate& estimate = stratum.values[value][static_cast<std::size_t>(part)];
+      row.push_back(with_error(estimate.per_ha, estimate.standard_error, 2));
+    }
+    table.add(std::move(row));
+  }
+  print_text("{} per ha, by stratum, with standard errors over plots\n", report.values[value]);
+  table.print();
+}
+
+void print_thinning(data::Table plots) {
+  Shown columns{{"plot", "plot", 0, "", "stand"}};
+  using Titled = std::pair<const char*, const char*>;
+  for (const auto& [value, title] : {Titled{"stems_per_ha", "N/ha"},
+                                     Titled{"basal_area_m2_per_ha", "G m2/ha"},
+                                     Titled{"quadratic_mean_dbh_cm", "QMD cm"}}) {
+    columns.push_back({fmt::format("{}_before", value), title});
+    columns.push_back({fmt::format("{}_removed", value), "removed"});
+    columns.push_back({fmt::format("{}_after", value), "after"});
+  }
+  columns.push_back({"dominant_height_m_before", "dom. h"});
+  columns.push_back({"dominant_height_m_after", "after"});
+  // The last row has all plots together.
+  if (plots.rows() == 2) plots = plots.select(std::vector<std::size_t>{0});
+  TextTable table(columns);
+  table.add(plots);
+  print_text("Thinning: before, removed trees, after\n");
+  table.print();
+}
+
+void print_sites(const data::Table& sites) {
+  TextTable table(Shown{{"plot", "plot", 0, "", "stand"},
+                        {"age", "age"},
+                        {"dominant_height_m", "dom. h"},
+                        {"site_index_m", "site index m"}});
+  table.add(sites);
+  print_text("Site index\n");
+  table.print();
+}
+
+/// \param tables  of the summary
+void print_stand(const study::StandSummary& summary, const Tables& tables) {
+  const stand::StandReport& report = summary.report;
+  const auto find = [&tables](const std::string& name) {
+    const auto found = std::ranges::find(tables, name, [](const auto& each) { return each.first; });
+    return found == tables.end() ? nullptr : &found->second;
+  };
+  print_areas(report, *find("plots"));
+  print_text("Strata, with standard errors over plots\n");
+  print_estimates(
+      report, {{"stratum", "stratum", 0, "", "(none)"}, {"plots", "plots", 0}}, *find("strata"));
+  if (const data::Table* domains = find("domains")) {
+    Shown labels;
+    for (const std::string& name : report.by) labels.push_back({name, name, 0, "", "(none)"});
+    print_text("Trees by {}, with standard errors over plots\n", fmt::join(report.by, " and "));
+    data::Table rows = *domains;
+    std::vector<double> areas;
+    for (const stand::DomainFigures& one : report.domains) areas.push_back(one.figures.area_ha);
+    rows.set("area_ha", std::move(areas));
+    print_estimates(report, labels, rows);
+  }
+  print_species(report, *find("species"));
+  print_diameters(report);
+  if (const data::Table* thinning = find("thinning")) print_thinning(*thinning);
+  if (const data::Table* sites = find("sites")) print_sites(*sites);
+  print_structure(report);
+  print_joint(report);
+}
+
+/// \param tables  of the report
+void print_growth(const stand::GrowthReport& report, const Tables& tables) {
+  print_fates(report);
+  for (std::size_t value = 0; value < report.values.size(); ++value) {
+    print_growth_of_plots(report.values[value], tables[1].second);
+    print_growth_of_strata(report, value);
+  }
+}
 
 bool is_folder(const std::string& out) { return !out.empty() && !is_layer_output(out); }
 

@@ -12,7 +12,6 @@
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/paths.hpp"
-#include "silvafit/data/column_reference.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/source/open_table.hpp"
 
@@ -33,10 +32,7 @@ void add_positions(data::Table& table, const study::ReadingSettings& reading) {
   mappings.insert(mappings.end(), usual.begin(), usual.end());
   const data::Table read = table;
   for (const stand::ColumnMapping& mapping : mappings) {
-    std::vector<data::TextCell> ignored;
-    const auto reference =
-        data::column_reference(mapping.name, mapping.source, read.names(), read.file());
-    table.set(mapping.name, data::numbers_of(read, reference, ignored));
+    table.set(mapping.name, stand::numbers_from(read, mapping.name, mapping.source));
   }
 }
 

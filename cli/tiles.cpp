@@ -14,7 +14,6 @@
 #include <utility>
 
 #include "command.hpp"
-#include "grow_command.hpp"
 #include "output_files.hpp"
 #include "setting_options.hpp"
 #include "shared_options.hpp"

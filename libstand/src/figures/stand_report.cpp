@@ -431,12 +431,8 @@ StandReport stand_report(const Inventory& inventory, const StandReportOptions& o
   return maker.finish(inventory.file);
 }
 
-struct StandReportParts::State {
-  ReportMaker maker;
-};
-
 StandReportParts::StandReportParts(const StandReportOptions& options, bool is_only_plot)
-    : state_(std::make_unique<State>(State{ReportMaker(options, nullptr, is_only_plot)})) {
+    : maker_(std::make_unique<ReportMaker>(options, nullptr, is_only_plot)) {
   if (options.design.is_given()) {
     throw UsageError("`stream` cannot be combined with a sampling design; omit one of them",
                      {.column = "`stream`"});
@@ -451,10 +447,10 @@ StandReportParts::StandReportParts(StandReportParts&&) noexcept = default;
 StandReportParts& StandReportParts::operator=(StandReportParts&&) noexcept = default;
 
 const StructuralUnits* StandReportParts::add(const Inventory& part) {
-  state_->maker.add(part);
-  return state_->maker.units();
+  maker_->add(part);
+  return maker_->units();
 }
 
-StandReport StandReportParts::finish(const std::string& file) { return state_->maker.finish(file); }
+StandReport StandReportParts::finish(const std::string& file) { return maker_->finish(file); }
 
 }  // namespace silvafit::stand

@@ -12,13 +12,11 @@
 #include <utility>
 
 #include "figures/ratio_estimates.hpp"
-#include "growth/growth_checks.hpp"
-#include "growth/growth_strata.hpp"
+#include "growth/growth_parts.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/stand/plots_at_times.hpp"
-#include "trees/living_trees.hpp"
 #include "trees/measured_plots.hpp"
 #include "trees/measurement_time.hpp"
 #include "units/density_indices.hpp"

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "growth/growth_checks.hpp"
-
 #include <fmt/format.h>
 
 #include <cmath>
@@ -8,6 +6,7 @@
 #include <tuple>
 #include <vector>
 
+#include "growth/growth_parts.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/median.hpp"
 

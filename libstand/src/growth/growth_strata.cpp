@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "growth/growth_strata.hpp"
-
 #include <cmath>
 #include <utility>
 
 #include "figures/ratio_estimates.hpp"
+#include "growth/growth_parts.hpp"
 #include "silvafit/data/table.hpp"
 #include "trees/measurement_time.hpp"
 

@@ -51,17 +51,6 @@ std::optional<std::size_t> usual_field(std::string_view name,
   return found;
 }
 
-/// The unit of a column, by its header or by a row of units.
-std::optional<LengthUnit> unit_of(std::size_t field,
-                                  const std::vector<std::string>& header,
-                                  const std::vector<std::string>& units) {
-  if (const auto unit = unit_in_header(header[field])) return unit;
-  if (field < units.size()) {
-    if (const auto unit = unit_of_length(units[field])) return unit;
-  }
-  return unit_of_length(known_unit(header[field], header));
-}
-
 /// A column, converted to the standard unit if it has another one.
 std::string in_our_unit(std::string_view name,
                         const std::string& column,
@@ -169,6 +158,23 @@ const ColumnMapping* mapping_to(std::string_view name, const std::vector<ColumnM
   return found == mappings.end() ? nullptr : &*found;
 }
 
+std::optional<std::size_t> field_named(std::string_view name,
+                                       const std::vector<std::string>& header) {
+  const auto found = std::ranges::find(header, name);
+  if (found == header.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - header.begin());
+}
+
+std::optional<LengthUnit> unit_of_field(std::size_t field,
+                                        const std::vector<std::string>& header,
+                                        const std::vector<std::string>& units) {
+  if (const auto unit = unit_in_header(header[field])) return unit;
+  if (field < units.size()) {
+    if (const auto unit = unit_of_length(units[field])) return unit;
+  }
+  return unit_of_length(known_unit(header[field], header));
+}
+
 std::optional<std::size_t> field_in_any_case(std::string_view name,
                                              const std::vector<std::string>& header) {
   const auto found = std::ranges::find_if(
@@ -253,6 +259,14 @@ data::TextColumn joined_labels(const data::Table& table, const std::vector<std::
   return labels;
 }
 
+std::vector<double> numbers_from(const data::Table& table,
+                                 std::string_view name,
+                                 std::string_view source) {
+  std::vector<data::TextCell> ignored;
+  return data::numbers_of(
+      table, data::column_reference(name, source, table.names(), table.file()), ignored);
+}
+
 void take_missing_codes(
     std::string_view measure,
     const std::vector<std::string>& columns,
@@ -309,14 +323,13 @@ std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
       if (ours.source != name) found.push_back(std::move(ours));
       continue;
     }
-    const auto own = std::ranges::find(header, name);
-    const auto field = own == header.end() ? usual_field(name, header, file)
-                                           : static_cast<std::size_t>(own - header.begin());
+    const auto own = field_named(name, header);
+    const auto field = own ? own : usual_field(name, header, file);
     if (!field) continue;
     has_position = has_position || name == "x" || name == "y";
-    std::string source = in_our_unit(name, header[*field], unit_of(*field, header, units));
+    std::string source = in_our_unit(name, header[*field], unit_of_field(*field, header, units));
     const auto meant = meant_name(header[*field]);
-    if (own == header.end() && meant && !meant->conversion.empty()) {
+    if (!own && meant && !meant->conversion.empty()) {
       if (source == header[*field]) source = data::Expression::variable(source).text();
       source += meant->conversion;
     }
@@ -333,15 +346,34 @@ std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
 ColumnMapping in_our_unit(ColumnMapping mapping,
                           const std::vector<std::string>& header,
                           const std::vector<std::string>& units) {
-  const auto field = std::ranges::find(header, mapping.source);
-  if (field == header.end()) return mapping;
-  const auto index = static_cast<std::size_t>(field - header.begin());
-  const bool is_gon_below = index < units.size() && is_gon(units[index]);
+  const auto field = field_named(mapping.source, header);
+  if (!field) return mapping;
+  const bool is_gon_below = *field < units.size() && is_gon(units[*field]);
   if (mapping.name == "azimuth" && (is_gon_below || is_in_gon(mapping.source))) {
     mapping.source = data::Expression::variable(mapping.source).text() + "*0.9";
   }
-  mapping.source = in_our_unit(mapping.name, mapping.source, unit_of(index, header, units));
+  mapping.source = in_our_unit(mapping.name, mapping.source, unit_of_field(*field, header, units));
   return mapping;
+}
+
+std::vector<std::size_t> fields_of(const std::string& name,
+                                   const std::vector<std::string>& header,
+                                   const std::vector<ColumnMapping>& mapped,
+                                   const std::string& file) {
+  const auto find = [&header](const std::string& source) {
+    std::vector<std::size_t> fields;
+    if (const auto own = field_named(source, header)) return std::vector{*own};
+    for (const std::string& column : joined_columns(source, header)) {
+      fields.push_back(*field_named(column, header));
+    }
+    return fields;
+  };
+  const ColumnMapping* const mapping = mapping_to(name, mapped);
+  std::vector<std::size_t> fields = find(mapping == nullptr ? name : mapping->source);
+  if (!fields.empty()) return fields;
+  const auto is_it = [&name](const std::string& known) { return known == name; };
+  const std::vector<ColumnMapping> usual = usual_columns(header, is_it, file);
+  return usual.size() == 1 ? find(usual.front().source) : fields;
 }
 
 std::optional<std::string> usual_time_column(const std::vector<std::string>& header) {

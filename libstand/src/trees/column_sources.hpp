@@ -12,8 +12,18 @@
 #include "silvafit/data/column_reference.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/stand/tree_columns.hpp"
+#include "trees/usual_names.hpp"
 
 namespace silvafit::stand {
+
+/// The position of a name in a header; none if it has no such column.
+std::optional<std::size_t> field_named(std::string_view name,
+                                       const std::vector<std::string>& header);
+
+/// The unit of a column, by its header, by a row of units or by the description of the table.
+std::optional<LengthUnit> unit_of_field(std::size_t field,
+                                        const std::vector<std::string>& header,
+                                        const std::vector<std::string>& units);
 
 /// The position in a header of a name in upper or lower case.
 std::optional<std::size_t> field_in_any_case(std::string_view name,

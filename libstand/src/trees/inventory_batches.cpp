@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/read_ahead.hpp"
 #include "silvafit/data/column_reference.hpp"
 #include "silvafit/data/program.hpp"
 #include "trees/inventory_reader.hpp"
@@ -67,45 +68,79 @@ void InventoryReader::open(const std::shared_ptr<const data::TableText>& part) {
 }
 
 struct InventoryBatches::State {
+  State(InventoryReader opened,
+        std::size_t rows_of_batch,
+        unsigned threads,
+        std::function<void(const std::string&)> note_callback)
+      : reader(std::move(opened)),
+        parts(reader.parts(rows_of_batch)),
+        note(std::move(note_callback)),
+        ahead([this] { return read(); }, threads) {}
+
+  std::optional<CheckedInventory> read();
+  void give(const std::vector<std::string>& texts) const {
+    for (const std::string& text : texts) {
+      if (note && !text.empty()) note(text);
+    }
+  }
+
   InventoryReader reader;
   std::optional<data::TableParts> parts;  ///< none if the table is read as one part
+  std::function<void(const std::string&)> note;
   std::shared_ptr<const data::TableText> rows{};
   bool is_read = false;
+  bool is_noted = false;
+  std::vector<std::string> on_table{};  ///< notes on a whole table
+  ReadAhead<std::optional<CheckedInventory>> ahead;
 };
 
 InventoryBatches::InventoryBatches(const data::TableSource& source,
                                    const InventoryOptions& options,
                                    std::size_t rows,
-                                   BatchOf of) {
+                                   BatchOf of,
+                                   unsigned threads,
+                                   std::function<void(const std::string&)> note) {
   const bool is_file = std::holds_alternative<std::filesystem::path>(source);
   if (of != BatchOf::kTable && !is_file) {
     throw UsageError("only CSV files can be read plot by plot", {.column = "`stream`"});
   }
-  InventoryReader reader(source, options, of);
-  auto parts = reader.parts(rows);
-  state_ = std::make_unique<State>(State{std::move(reader), std::move(parts)});
+  state_ = std::make_unique<State>(InventoryReader(source, options, of),
+                                   rows,
+                                   of == BatchOf::kTable ? 1 : threads,
+                                   std::move(note));
+  if (is_sorted()) state_->give({kSortedNote});
 }
 
 InventoryBatches::~InventoryBatches() = default;
 InventoryBatches::InventoryBatches(InventoryBatches&&) noexcept = default;
 InventoryBatches& InventoryBatches::operator=(InventoryBatches&&) noexcept = default;
 
-std::optional<CheckedInventory> InventoryBatches::next() {
-  State& state = *state_;
-  while (!state.is_read) {
-    if (state.parts) {
-      state.rows = state.parts->next();
-      if (!state.rows) break;
-      state.reader.open(state.rows);
+std::optional<CheckedInventory> InventoryBatches::State::read() {
+  while (!is_read) {
+    if (parts) {
+      rows = parts->next();
+      if (!rows) break;
+      reader.open(rows);
     } else {
-      state.is_read = true;
+      is_read = true;
     }
-    CheckedInventory batch = state.reader.read();
-    batch.is_in_file_order = !is_sorted();
+    CheckedInventory batch = reader.read();
+    batch.is_in_file_order = !parts || !parts->is_sorted();
     if (batch.inventory.size() > 0 || !batch.excluded.empty()) return batch;
   }
-  if (!std::exchange(state.is_read, true)) state.reader.require_trees();
+  if (!std::exchange(is_read, true)) reader.require_trees();
   return std::nullopt;
+}
+
+std::optional<CheckedInventory> InventoryBatches::next() {
+  std::optional<CheckedInventory> batch = state_->ahead.next();
+  const bool is_complete = !batch || state_->reader.is_of_table();
+  if (!is_complete || std::exchange(state_->is_noted, true)) return batch;
+  if (batch) state_->on_table = batch->notes;
+  const std::vector<std::string> all = notes();
+  state_->give({all.begin() + (is_sorted() ? 1 : 0), all.end()});
+  state_->give({excluded()});
+  return batch;
 }
 
 const std::shared_ptr<const data::TableText>& InventoryBatches::rows() const {
@@ -116,7 +151,12 @@ std::size_t InventoryBatches::row_count() const {
   return state_->parts ? state_->parts->rows() : 0;
 }
 
-std::vector<std::string> InventoryBatches::notes() const { return state_->reader.notes(); }
+std::vector<std::string> InventoryBatches::notes() const {
+  std::vector<std::string> notes =
+      state_->on_table.empty() ? state_->reader.notes() : state_->on_table;
+  if (is_sorted()) notes.insert(notes.begin(), kSortedNote);
+  return notes;
+}
 
 std::vector<std::string> InventoryBatches::recognized() const {
   return state_->reader.recognized();

@@ -90,12 +90,7 @@ void check_sizes(const Inventory& inventory, const ColumnPlan& plan) {
                        .source = convertible(source),
                        .values = values_of(inventory, measure)});
   }
-  check_units_of_trees({.plot = inventory.plot,
-                        .species = &inventory.species,
-                        .dbh_cm = inventory.dbh_cm,
-                        .h_m = inventory.h_m},
-                       columns,
-                       inventory.file);
+  check_units_of_trees(inventory.plot, inventory.species, columns, inventory.file);
 }
 
 void check_crown_base(const Inventory& inventory,

@@ -31,7 +31,9 @@ class Planner {
   ColumnPlan plan();
 
  private:
-  std::optional<std::size_t> field_named(std::string_view name) const;
+  std::optional<std::size_t> field_named(std::string_view name) const {
+    return stand::field_named(name, header_);
+  }
   std::optional<std::size_t> mapped_field(std::string_view name) const;
   Source source_of(const std::string& name);
   Source mapped(const ColumnMapping& mapping) const;
@@ -53,12 +55,6 @@ class Planner {
   std::vector<ColumnMapping> found_{};  ///< usual_columns()
   std::vector<ColumnMapping> usual_{};
 };
-
-std::optional<std::size_t> Planner::field_named(std::string_view name) const {
-  const auto found = std::ranges::find(header_, name);
-  if (found == header_.end()) return std::nullopt;
-  return static_cast<std::size_t>(found - header_.begin());
-}
 
 /// Field of the column that is mapped to a name; none if there is no such mapping.
 std::optional<std::size_t> Planner::mapped_field(std::string_view name) const {
@@ -172,9 +168,8 @@ void Planner::collect_expression_fields(ColumnPlan& plan) const {
     if (!source.expression) continue;
     const bool is_position = known_measure(i).is_position();
     for (const std::string& variable : source.expression->variables()) {
-      data::TextMatch match;
-      const bool is_text = data::is_text_match(variable, match);
-      const std::string& name = is_text ? match.column : variable;
+      const std::string name = data::column_of(variable);
+      const bool is_text = name != variable;
       const auto same = [&](const ExpressionField& field) { return field.name == name; };
       const auto found = std::ranges::find_if(plan.expression_fields, same);
       if (found == plan.expression_fields.end()) {

@@ -51,6 +51,7 @@ class InventoryReader {
   /// \throws InputError if no row so far can be used
   void require_trees() const;
   bool has_tree_numbers() const { return plan_.labels[kTree].exists(); }
+  bool is_of_table() const { return of_ == BatchOf::kTable; }
   /// Notes on all rows read so far.
   void refuse_plots_without_column() const;
   std::vector<std::string> notes() const;

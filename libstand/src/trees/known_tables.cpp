@@ -8,6 +8,7 @@
 #include "silvafit/base/words.hpp"
 #include "silvafit/data/expression.hpp"
 #include "silvafit/data/json_reader.hpp"
+#include "trees/column_sources.hpp"
 #include "trees/folded_text.hpp"
 
 namespace silvafit::stand {
@@ -77,11 +78,9 @@ const std::vector<KnownTable>& known_tables() {
 
 /// The column of a name, which some databases write in other cases.
 std::optional<std::string> column_named(std::string_view name, const Header& header) {
-  const auto own = std::ranges::find(header, name);
-  if (own != header.end()) return *own;
-  const auto found = std::ranges::find_if(
-      header, [name](const std::string& column) { return are_equal_words(column, name); });
-  return found == header.end() ? std::nullopt : std::optional(*found);
+  auto field = field_named(name, header);
+  if (!field) field = field_in_any_case(name, header);
+  return field ? std::optional(header[*field]) : std::nullopt;
 }
 
 bool fits(const KnownHeader& known, const Header& header) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Repeated measurements, sorted: plots, their times, and the rows of each tree at each time.
+// Repeated measurements, sorted: plots, their times, the rows of each tree at each time, and the
+// living trees of all times.
 #pragma once
 
 #include <cstddef>
@@ -38,5 +39,26 @@ std::vector<MeasuredPlot> measured_plots(const Inventory& inventory, const PlotT
 /// The occasion of a time; a year matches any date in it, and the other way round. None if there
 /// is no such occasion.
 std::optional<std::size_t> occasion_at(const MeasuredPlot& plot, const std::string& time);
+
+/// The living trees of all times as an inventory in which each plot and time is a plot, so that
+/// areas, designs and expansion factors are those of any inventory.
+class LivingTrees {
+ public:
+  explicit LivingTrees(const Inventory& source) : source_(source) {}
+
+  /// \return the number of the row
+  std::size_t add(std::size_t row, const std::string& label);
+  /// A tree between two of its rows.
+  std::size_t add_between(std::size_t first,
+                          std::size_t second,
+                          double share,
+                          const std::string& label);
+  Inventory finish() &&;
+
+ private:
+  const Inventory& source_;
+  std::vector<std::size_t> rows_{};
+  Inventory result_{};
+};
 
 }  // namespace silvafit::stand

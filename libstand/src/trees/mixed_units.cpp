@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "silvafit/stand/mixed_units.hpp"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -16,6 +14,7 @@
 
 #include "silvafit/base/median.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/stand/size_units.hpp"
 
 namespace silvafit::stand {
 namespace {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "silvafit/stand/mixed_units.hpp"
-
 #include <catch2/catch.hpp>
 #include <cmath>
 
 #include "silvafit/base/random.hpp"
+#include "silvafit/stand/size_units.hpp"
 
 using namespace silvafit::stand;
 using silvafit::Random;

@@ -20,7 +20,6 @@
 #include "silvafit/data/expression.hpp"
 #include "silvafit/data/text_formula.hpp"
 #include "trees/column_sources.hpp"
-#include "trees/usual_names.hpp"
 
 namespace silvafit::stand {
 namespace {
@@ -28,12 +27,6 @@ namespace {
 using Names = std::vector<std::string>;
 using Fields = std::vector<std::string_view>;
 using Text = std::shared_ptr<const data::TableText>;
-
-std::optional<std::size_t> field_named(std::string_view name, const Names& header) {
-  const auto found = std::ranges::find(header, name);
-  if (found == header.end()) return std::nullopt;
-  return static_cast<std::size_t>(found - header.begin());
-}
 
 /// A text of records without rows.
 data::TableText empty_copy(const data::TableText& text) {
@@ -91,9 +84,7 @@ WideColumn wide_column(const ColumnMapping& visit, const data::CsvReader& reader
     std::string time = name.substr(before.size(), name.size() - before.size() - after.size());
     if (std::isdigit(static_cast<unsigned char>(time.front())) == 0) continue;
     wide.field_at.emplace(std::move(time), i);
-    const auto& row = reader.layout().units;
-    auto unit = unit_in_header(name);
-    if (!unit && i < row.size()) unit = unit_of_length(row[i]);
+    const auto unit = unit_of_field(i, header, reader.layout().units);
     units.insert(unit ? std::string(unit->name) : "");
   }
   if (wide.field_at.empty()) {
@@ -258,11 +249,9 @@ void Preparation::add_texts() {
     const auto formula = data::TextFormula::parse(mapping.source, header(), text_->name);
     if (!formula) continue;
     std::set<std::string> units;
-    const auto& row = text_->head->layout.units;
     for (const std::string& column : formula->columns()) {
-      const std::size_t field = *field_named(column, header());
-      auto unit = unit_in_header(column);
-      if (!unit && field < row.size()) unit = unit_of_length(row[field]);
+      const auto unit =
+          unit_of_field(*field_named(column, header()), header(), text_->head->layout.units);
       units.insert(unit ? std::string(unit->name) : "");
     }
     if (is_measure(mapping.name) && units.size() > 1) {
@@ -398,14 +387,12 @@ std::vector<std::size_t> filled_fields(const InventoryOptions& options,
                                        const std::string& file) {
   std::vector<std::size_t> fields;
   for (const std::string& name : options.fill_down) {
-    auto field = field_named(name, header);
-    const ColumnMapping* const mapping = mapping_to(name, options.columns);
-    if (!field && mapping != nullptr) field = field_named(mapping->source, header);
-    const auto is_it = [&name](const std::string& known) { return known == name; };
-    const auto usual = field ? std::vector<ColumnMapping>() : usual_columns(header, is_it, file);
-    if (usual.size() == 1) field = field_named(usual.front().source, header);
-    if (!field) throw UsageError(data::no_such_column(name, header), {.column = "`fill_down`"});
-    fields.push_back(*field);
+    const auto own = field_named(name, header);
+    const auto found = own ? std::vector{*own} : fields_of(name, header, options.columns, file);
+    if (found.empty()) {
+      throw UsageError(data::no_such_column(name, header), {.column = "`fill_down`"});
+    }
+    fields.insert(fields.end(), found.begin(), found.end());
   }
   return fields;
 }

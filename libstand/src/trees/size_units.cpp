@@ -107,10 +107,10 @@ class Judge {
  public:
   Judge(const std::vector<SizeColumn>& columns, const std::string& file);
   void check() const;
+  std::span<const double> values(std::string_view name) const;
 
  private:
   const SizeColumn* column(std::string_view name) const;
-  std::span<const double> values(std::string_view name) const;
   bool is_dbh_wrong() const;
   bool is_h_wrong() const;
   /// "if h is in feet, use `columns=h=h*0.3048`", for each change of units.
@@ -268,17 +268,20 @@ void Judge::check() const {
 
 }  // namespace
 
-void check_units_of_trees(const TreeSizes& trees,
+void check_units_of_trees(const data::TextColumn& plot,
+                          const data::TextColumn& species,
                           const std::vector<SizeColumn>& columns,
                           const std::string& file) {
+  const Judge judge(columns, file);
+  TreeSizes trees{.plot = plot, .species = species.size() > 0 ? &species : nullptr};
+  if (plot.size() > 0) {
+    trees.dbh_cm = judge.values("dbh");
+    trees.h_m = judge.values("h");
+  }
   // First, because messages about whole columns would be wrong for a part of the plots.
   const std::string mixed = describe_mixed_units(find_mixed_units(trees));
   if (!mixed.empty()) throw InputError(mixed, {.file = file, .column = "dbh, h"});
-  check_size_units(columns, file);
-}
-
-void check_size_units(const std::vector<SizeColumn>& columns, const std::string& file) {
-  Judge(columns, file).check();
+  judge.check();
 }
 
 }  // namespace silvafit::stand

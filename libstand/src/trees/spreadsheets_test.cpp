@@ -151,6 +151,11 @@ TEST_CASE("empty fields below a plot are filled down, or a message names the opt
   CHECK(filled.inventory.plot[2] == "A");
   CHECK(filled.inventory.species[2] == "SM");
   CHECK_FALSE(has_note(filled, "empty"));
+  // A label of several columns has the values above in each of them.
+  const CheckedInventory joined =
+      read_inventory_text("site,sub,tree,dbh\nN,1,1,20\n,,2,21\n,2,3,22\n",
+                          {.columns = {{"plot", "site+sub"}}, .fill_down = {"plot"}});
+  CHECK(joined.inventory.plot.levels() == std::vector<std::string>{"N-1", "N-2"});
   CHECK_THROWS_WITH(read_inventory_text(text, {.fill_down = {"stand"}}),
                     Contains("unknown column 'stand'"));
 }

@@ -9,7 +9,6 @@
 #include "silvafit/study/grow_setting_list.hpp"
 #include "silvafit/study/impute_table.hpp"
 #include "silvafit/study/indices.hpp"
-#include "silvafit/study/stand_growth.hpp"
 #include "silvafit/study/study_files.hpp"
 #include "silvafit/study/view_page.hpp"
 #include "silvafit/study/whole_study.hpp"

@@ -11,7 +11,7 @@
 #include <tuple>
 
 #include "silvafit/base/error.hpp"
-#include "silvafit/data/program.hpp"
+#include "silvafit/data/column_reference.hpp"
 #include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/table_checks.hpp"
 
@@ -131,8 +131,7 @@ Names missing_columns(const LibraryModel& model,
                       const std::set<std::string>& predicted) {
   Names missing;
   for (const std::string& variable : model.fit.specification.predictors()) {
-    data::TextMatch match;
-    const std::string& column = data::is_text_match(variable, match) ? match.column : variable;
+    const std::string column = data::column_of(variable);
     const bool is_known = table.has(column) || predicted.contains(column);
     if (!is_known && !is_listed(column, missing)) missing.push_back(column);
   }

@@ -11,7 +11,7 @@
 #include "prediction/chosen_models.hpp"
 #include "prediction/fitted_labels.hpp"
 #include "silvafit/base/error.hpp"
-#include "silvafit/data/csv.hpp"
+#include "silvafit/data/column_reference.hpp"
 #include "silvafit/data/program.hpp"
 #include "silvafit/fit/response.hpp"
 #include "silvafit/study/table_checks.hpp"
@@ -338,8 +338,7 @@ class Predictor {
                     const data::Table& part,
                     const std::vector<std::size_t>& rows) {
     for (const std::string& variable : fit.specification.predictors()) {
-      data::TextMatch match;
-      const std::string column = data::is_text_match(variable, match) ? match.column : variable;
+      const std::string column = data::column_of(variable);
       const std::vector<double> values = data::variable_values(variable, part);
       const auto range = std::ranges::find(fit.ranges, column, &fit::ColumnRange::column);
       const auto filled = filled_.find(column);

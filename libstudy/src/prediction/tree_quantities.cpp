@@ -12,6 +12,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/data/column_reference.hpp"
 #include "silvafit/data/program.hpp"
 #include "silvafit/study/tree_equations.hpp"
 #include "silvafit/tree/builder.hpp"
@@ -153,9 +154,7 @@ std::optional<const TreeEquation*> QuantityMaker::equation_for(const QuantityPla
 }
 
 std::vector<double> QuantityMaker::values_of(const TreeEquation& equation) const {
-  for (const std::string& variable : equation.value.variables()) {
-    data::TextMatch match;
-    const std::string& column = data::is_text_match(variable, match) ? match.column : variable;
+  for (const std::string& column : data::columns_of(equation.value)) {
     if (table_.has(column)) continue;
     throw InputError(
         fmt::format("equation {} needs the column {}: {}", equation.id, column, equation.formula),
@@ -317,9 +316,7 @@ std::vector<std::string> columns_of(const EquationSettings& settings) {
       continue;
     }
     const TreeEquation& equation = equations.find(named.id);
-    for (const std::string& variable : equation.value.variables()) {
-      data::TextMatch match;
-      const std::string& column = data::is_text_match(variable, match) ? match.column : variable;
+    for (const std::string& column : data::columns_of(equation.value)) {
       const bool is_taken = std::ranges::find(columns, column) != columns.end();
       if (!is_ours(column) && !is_taken && !quantities.contains(column)) columns.push_back(column);
     }

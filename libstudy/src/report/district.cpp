@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "report/district.hpp"
-
+// The part of the report for foresters: stand table, diameters and height curves.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 

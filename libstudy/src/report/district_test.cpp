@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "report/district.hpp"
-
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "report/report_json.hpp"
 #include "silvafit/fit/model_specification.hpp"
 
 using namespace silvafit;

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // The data of the report page in the format of docs/report-data.md.
-#include "silvafit/study/report_data.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,13 +11,12 @@
 #include <utility>
 #include <vector>
 
-#include "report/district.hpp"
 #include "report/report_json.hpp"
-#include "report/report_map.hpp"
 #include "silvafit/base/json_text.hpp"
 #include "silvafit/base/json_values.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/fit/fit_json.hpp"
+#include "silvafit/study/report_page.hpp"
 #include "study/outliers.hpp"
 #include "study/study_curves.hpp"
 #include "study/study_tables.hpp"

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The data of the report page against its study.
-#include "silvafit/study/report_data.hpp"
-
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "silvafit/fit/prediction.hpp"
+#include "silvafit/study/report_page.hpp"
 #include "study/study_record_test_support.hpp"
 
 using namespace silvafit;

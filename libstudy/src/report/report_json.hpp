@@ -3,6 +3,8 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
 
 #include "silvafit/fit/fitted_model.hpp"
 #include "silvafit/study/study_record.hpp"
@@ -29,5 +31,18 @@ nlohmann::ordered_json report_versions();
 
 /// As docs/report-data.md describes `tables`.
 nlohmann::ordered_json json_of(const FormattedTable& table);
+
+/// Windows, stems, crowns and structural units, as docs/report-data.md describes them. Empty
+/// without positions, or if there are so many trees that the page would be slow.
+std::optional<nlohmann::ordered_json> report_map(const StudyRecord& record);
+
+/// The member `stand` of the report data (docs/report-data.md); none without areas.
+std::optional<nlohmann::ordered_json> district_object(const StudyRecord& record);
+
+/// A curve of dbh as a formula of a spreadsheet, with its coefficients as numbers:
+/// `=1.3+A2^2/(0.18852*A2+1.524)^2`. A minus at the beginning of a term is written as 0-, because
+/// spreadsheets compute -x^2 as (-x)^2. Empty if the model reads further columns.
+/// \param cell  with the diameter
+std::string spreadsheet_formula(const fit::FittedModel& fit, const std::string& cell);
 
 }  // namespace silvafit::study

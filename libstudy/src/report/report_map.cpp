@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "report/report_map.hpp"
-
 #include <cmath>
 #include <string>
 #include <vector>
 
+#include "report/report_json.hpp"
 #include "silvafit/base/json_values.hpp"
 #include "silvafit/stand/species_table.hpp"
 

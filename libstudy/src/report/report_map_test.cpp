@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The map of the report page against its stand.
-#include "report/report_map.hpp"
-
 #include <catch2/catch.hpp>
 
+#include "report/report_json.hpp"
 #include "scratch_file.hpp"
 #include "silvafit/stand/structural_units.hpp"
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "simulation/smooth_field.hpp"
-
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <vector>
 
 #include "silvafit/base/random.hpp"
+#include "simulation/simulated_stems.hpp"
 #include "simulation/simulation_test_support.hpp"
 
 using namespace silvafit;

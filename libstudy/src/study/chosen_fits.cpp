@@ -77,8 +77,8 @@ std::string grouping_suffix(const fit::FittedModel& fit, std::size_t grouping) {
   return " | " + fit.specification.random[grouping].group;
 }
 
-std::optional<LikelihoodRatioTest> test_against_before(const std::vector<ChosenFit>& fits,
-                                                       std::size_t index) {
+std::optional<fit::NestedTest> test_against_before(const std::vector<ChosenFit>& fits,
+                                                   std::size_t index) {
   if (index == 0) return std::nullopt;
   return nested_test(*fits[index].fit, *fits[index - 1].fit);
 }

@@ -32,8 +32,8 @@ std::vector<ChosenFit> distinct_fits(const ResponseStudy& result);
 std::string grouping_suffix(const fit::FittedModel& fit, std::size_t grouping);
 
 /// The likelihood-ratio test of a chosen model against the one before it; nothing for the first.
-std::optional<LikelihoodRatioTest> test_against_before(const std::vector<ChosenFit>& fits,
-                                                       std::size_t index);
+std::optional<fit::NestedTest> test_against_before(const std::vector<ChosenFit>& fits,
+                                                   std::size_t index);
 
 /// Letters of the models: two share one if they do not differ. Nested models differ where their
 /// likelihood-ratio test is significant, others where their AIC are farther apart than those of

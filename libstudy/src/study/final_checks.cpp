@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "study/final_checks.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,6 +11,7 @@
 
 #include "silvafit/base/text.hpp"
 #include "study/outliers.hpp"
+#include "study/study_work.hpp"
 
 namespace silvafit::study {
 namespace {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "study/model_tables.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,6 +11,7 @@
 #include "silvafit/fit/random_effects.hpp"
 #include "study/chosen_fits.hpp"
 #include "study/outliers.hpp"
+#include "study/study_tables.hpp"
 
 namespace silvafit::study {
 namespace {

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The tables for papers contain the numbers of the fits.
-#include "study/model_tables.hpp"
-
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
 
 #include "study/study_record_test_support.hpp"
+#include "study/study_tables.hpp"
 
 using namespace silvafit;
 using namespace silvafit::study;

@@ -4,16 +4,13 @@
 #include <fmt/format.h>
 
 #include "silvafit/base/error.hpp"
-#include "silvafit/fit/likelihood_ratio.hpp"
 
 namespace silvafit::study {
 
-std::optional<LikelihoodRatioTest> nested_test(const fit::FittedModel& larger,
-                                               const fit::FittedModel& smaller) {
+std::optional<fit::NestedTest> nested_test(const fit::FittedModel& larger,
+                                           const fit::FittedModel& smaller) {
   try {
-    const fit::NestedTest test = fit::likelihood_ratio_test(larger, smaller);
-    return LikelihoodRatioTest{
-        .statistic = test.statistic, .degrees_of_freedom = test.degrees_of_freedom, .p = test.p};
+    return fit::likelihood_ratio_test(larger, smaller);
   } catch (const UsageError&) {
     return std::nullopt;
   }

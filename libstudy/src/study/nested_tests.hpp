@@ -14,8 +14,8 @@ namespace silvafit::study {
 /// bound, so that the reference may be a mixture of chi-squared distributions and p smaller
 /// than by chi-squared alone. Empty if there is no such test: fits that failed, are not
 /// nested, or are to other rows.
-std::optional<LikelihoodRatioTest> nested_test(const fit::FittedModel& larger,
-                                               const fit::FittedModel& smaller);
+std::optional<fit::NestedTest> nested_test(const fit::FittedModel& larger,
+                                           const fit::FittedModel& smaller);
 
 /// Tests each mixed model against the one without random effects.
 void add_random_effect_tests(std::vector<Candidate>& candidates, const fit::FittedModel& without);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "study/representative_rows.hpp"
-
 #include <algorithm>
 #include <span>
+
+#include "study/study_work.hpp"
 
 namespace silvafit::study {
 namespace {

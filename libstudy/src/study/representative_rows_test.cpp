@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Samples of large tables: shares of the plots, and the range of DBH within them.
-#include "study/representative_rows.hpp"
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <map>
 #include <string>
+
+#include "study/study_work.hpp"
 
 using namespace silvafit;
 using namespace silvafit::study;

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "study/species_importance.hpp"
-
 #include <fmt/format.h>
 
 #include <limits>
@@ -9,6 +7,7 @@
 
 #include "silvafit/stand/species_table.hpp"
 #include "silvafit/stand/stand_summary.hpp"
+#include "study/study_tables.hpp"
 
 namespace silvafit::study {
 namespace {

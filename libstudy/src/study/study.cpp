@@ -10,8 +10,6 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/name_list.hpp"
-#include "study/final_checks.hpp"
-#include "study/study_stages.hpp"
 #include "study/study_work.hpp"
 
 namespace silvafit::study {

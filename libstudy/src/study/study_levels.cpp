@@ -9,6 +9,8 @@
 #include <limits>
 #include <utility>
 
+#include "silvafit/data/column_reference.hpp"
+
 namespace silvafit::study {
 namespace {
 
@@ -200,8 +202,7 @@ std::vector<std::string> BaseCandidate::columns(const data::Table& table) const 
   if (entry != nullptr) return entry->covariates;
   std::vector<std::string> columns;
   for (const std::string& name : fit::specify_model(formula, {}, table).predictors()) {
-    data::TextMatch match;
-    columns.push_back(data::is_text_match(name, match) ? match.column : name);
+    columns.push_back(data::column_of(name));
   }
   return columns;
 }

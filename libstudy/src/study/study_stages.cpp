@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "study/study_stages.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,6 +16,7 @@
 #include "study/nested_tests.hpp"
 #include "study/plots_left_out.hpp"
 #include "study/study_levels.hpp"
+#include "study/study_work.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -180,7 +179,7 @@ void add_tests(std::vector<Candidate>& candidates) {
   for (std::size_t i = 1; i < candidates.size(); ++i) {
     if (!candidates[i].fit.convergence.converged()) continue;
     candidates[i].test =
-        nested_test(candidates[i].fit, candidates[0].fit).value_or(LikelihoodRatioTest{});
+        nested_test(candidates[i].fit, candidates[0].fit).value_or(fit::NestedTest{});
   }
 }
 

@@ -11,9 +11,7 @@
 
 #include "silvafit/base/atomic_file.hpp"
 #include "study/chosen_fits.hpp"
-#include "study/model_tables.hpp"
 #include "study/nested_tests.hpp"
-#include "study/species_importance.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -78,7 +76,7 @@ const Columns kTest{{"likelihood_ratio", "Likelihood ratio", ColumnKind::kCriter
                     {"df", "df", ColumnKind::kCount},
                     {"p", "p", ColumnKind::kP}};
 
-TableRow test_cells(const std::optional<LikelihoodRatioTest>& test) {
+TableRow test_cells(const std::optional<fit::NestedTest>& test) {
   if (!test) return {TableCell(), TableCell(), TableCell()};
   return {test->statistic, number(test->degrees_of_freedom), test->p};
 }

@@ -13,7 +13,6 @@
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/column_reference.hpp"
 #include "silvafit/fit/variance_function.hpp"
-#include "study/representative_rows.hpp"
 
 namespace silvafit::study {
 

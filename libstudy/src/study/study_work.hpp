@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The data of one species and response: trees, and the columns for its models.
+// The data of one species and response: trees, and the columns for its models; and the steps that
+// a study takes with them.
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <optional>
 #include <string>
@@ -59,5 +61,25 @@ Work prepared(const data::Table& table,
               const StudyOptions& options,
               const std::string& species,
               const std::string& response);
+
+/// Adds doubts about a model that explains nothing, or whose residual variance is that of a few
+/// trees, and notes on outlying trees and plots, and on neighbors whose residuals are alike.
+/// \param table  the inventory, of which the result has rows
+void check_final_model(ResponseStudy& result, const data::Table& table);
+
+/// Runs the three levels and the cross-validation of the chosen models; fills in the results of the
+/// works, and the study's stages.
+/// \param works  must not move in memory
+void run_stages(std::vector<Work>& works, Study& study, const ProgressCallback& progress);
+
+/// About this many rows of a table that represent all, ascending.
+///
+/// Every group has the same maximum share, but at least 40 rows if it has them; the
+/// selected rows are evenly spaced over its rows by dbh, or by their order without that column. If
+/// there are still too many, every second, third ... group is used. No random
+/// numbers.
+std::vector<std::size_t> representative_rows(const data::Table& table,
+                                             const std::string& group,
+                                             std::size_t wanted);
 
 }  // namespace silvafit::study

@@ -8,10 +8,8 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/tree/mesh.hpp"
 #include "silvafit/tree/packed_glb.hpp"
-#include "view/view_json.hpp"
 #include "view/view_models.hpp"
-#include "view/view_scene.hpp"
-#include "view/view_table.hpp"
+#include "view/view_stand.hpp"
 
 namespace silvafit::study {
 namespace {

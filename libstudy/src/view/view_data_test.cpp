@@ -16,7 +16,7 @@
 #include "silvafit/tree/scene.hpp"
 #include "silvafit/tree/scene_reader.hpp"
 #include "silvafit/tree/scene_writer.hpp"
-#include "view/base64.hpp"
+#include "view/view_stand.hpp"
 
 using Catch::Matchers::Contains;
 using nlohmann::json;

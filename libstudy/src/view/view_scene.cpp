@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "view/view_scene.hpp"
 
 #include <fmt/format.h>
 
@@ -17,7 +16,6 @@
 #include "silvafit/base/text.hpp"
 #include "silvafit/tree/scene_reader.hpp"
 #include "view/view_stand.hpp"
-#include "view/view_table.hpp"
 
 namespace silvafit::study {
 namespace {

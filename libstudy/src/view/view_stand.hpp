@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The trees of a 3D page with their measurements, from a table or a scene.
+// The trees of a 3D page with their measurements: read from a table or a scene, written as JSON.
 #pragma once
 
 #include <array>
@@ -8,12 +8,15 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "silvafit/data/table.hpp"
+#include "silvafit/study/view_data.hpp"
 #include "silvafit/tree/builder.hpp"
 #include "silvafit/tree/morphology.hpp"
 #include "silvafit/tree/morphology_table.hpp"
+#include "view/view_models.hpp"
 
 namespace silvafit::study {
 
@@ -75,5 +78,40 @@ struct ViewStand {
   std::vector<tree::LeftOut> left_out{};  ///< rows that cannot be drawn in any variant
   std::vector<std::string> notes{};
 };
+
+/// \throws as view_of_trees()
+ViewStand read_view_stand(const data::Table& table,
+                          const tree::BuilderCatalogue& catalogue,
+                          const ViewOptions& options);
+
+/// The preset of a species, or that for species that no preset lists.
+const tree::Builder& builder_of(const std::string& species,
+                                const tree::BuilderCatalogue& catalogue);
+
+struct SceneTrees {
+  ViewStand stand{};
+  tree::Position origin{};     ///< of the scene's frame in the inventory's coordinates
+  std::size_t unmeasured = 0;  ///< trees of a scene without any measurements
+};
+
+/// \throws as view_of_scene()
+SceneTrees trees_of_scene(std::string_view glb,
+                          const data::Table* table,
+                          const tree::BuilderCatalogue& catalogue,
+                          const ViewOptions& options);
+
+/// Base64 with padding. Source: RFC 4648, section 4.
+std::string base64(std::string_view bytes);
+
+/// The objects that the page draws.
+struct ViewDrawing {
+  tree::Position origin{};
+  const ViewModels* models = nullptr;  ///< of all trees of all variants that have a shape
+  std::string scene{};                 ///< GLB, instead of models
+};
+
+std::string view_json(const ViewStand& stand,
+                      const ViewDrawing& drawing,
+                      const ViewOptions& options);
 
 }  // namespace silvafit::study

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "view/view_table.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,7 +9,8 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
-#include "silvafit/data/column_reference.hpp"
+#include "silvafit/stand/tree_columns.hpp"
+#include "view/view_stand.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -43,14 +42,10 @@ class Columns {
   }
   bool has(const std::string& ours) const { return columns_.contains(ours) || table_.has(ours); }
 
-  /// NaN if a value, or the column, is missing or not a number.
+  /// NaN if a value, or the column, is missing or not a number, which the reading of rows reports.
   std::vector<double> numbers(const std::string& ours) const {
     if (!has(ours)) return std::vector<double>(table_.rows(), data::kMissing);
-    std::vector<data::TextCell> ignored;  // reported when the trees' rows are read
-    return data::numbers_of(
-        table_,
-        data::column_reference(ours, name_of(ours), table_.names(), table_.file()),
-        ignored);
+    return stand::numbers_from(table_, ours, name_of(ours));
   }
 
   /// The key of a tree: plot and tree, separated by a character that no text contains.

@@ -7,14 +7,10 @@
 #include <variant>
 
 #include "silvafit/base/error.hpp"
-#include "silvafit/study/tree_table.hpp"
+#include "silvafit/stand/prepared_table.hpp"
 
 namespace silvafit::study {
 namespace {
-
-void note_sorting(bool is_sorted, const NoteCallback& note) {
-  if (is_sorted && note) note(kSortedNote);
-}
 
 data::TableParts table_parts(
     const data::TableSource& source,
@@ -30,43 +26,29 @@ data::TableParts table_parts(
     throw InputError("a pipe cannot be read twice; give a file", {.file = path->string()});
   }
   const data::CsvReader reader(source, settings.missing);
+  const stand::InventoryOptions reading = inventory_options(settings);
   data::TablePartsOptions options{.missing = settings.missing, .rows = rows};
-  options.fill_down =
-      stand::filled_fields(inventory_options(settings), reader.header(), reader.file());
+  options.fill_down = stand::filled_fields(reading, reader.header(), reader.file());
   const std::string name = group(reader.header());
-  if (!name.empty()) options.group = fields_of(name, reader.header(), settings, reader.file());
+  if (!name.empty()) {
+    options.group = stand::fields_of(name, reader.header(), reading.columns, reader.file());
+  }
   return {*path, options};
 }
 
 }  // namespace
 
-InventoryFlow::InventoryFlow(const data::TableSource& source,
-                             const ReadingSettings& settings,
-                             const stand::InventoryOptions& options,
-                             const FlowSettings& flow,
-                             NoteCallback note)
-    : batches_(source,
-               inventory_options(settings, options),
-               flow.rows,
-               flow.is_in_parts ? stand::BatchOf::kPlots : stand::BatchOf::kTable),
-      is_in_parts_(flow.is_in_parts),
-      note_(std::move(note)),
-      ahead_([this] { return batches_.next(); }, flow.is_in_parts ? flow.threads : 1) {
-  if (batches_.is_sorted()) notes_.emplace_back(kSortedNote);
-  note_sorting(batches_.is_sorted(), note_);
-}
-
-std::optional<stand::CheckedInventory> InventoryFlow::next() {
-  std::optional<stand::CheckedInventory> part = ahead_.next();
-  const bool is_complete = is_in_parts_ ? !part : part.has_value();
-  if (!is_complete || std::exchange(is_finished_, true)) return part;
-  const std::vector<std::string> notes = is_in_parts_ ? batches_.notes() : part->notes;
-  recognized_ = is_in_parts_ ? batches_.recognized() : part->recognized;
-  give_notes(notes, note_);
-  notes_.insert(notes_.end(), notes.begin(), notes.end());
-  const std::string excluded = batches_.excluded();
-  if (!excluded.empty() && note_) note_(excluded);
-  return part;
+stand::InventoryBatches inventory_flow(const data::TableSource& source,
+                                       const ReadingSettings& settings,
+                                       const stand::InventoryOptions& options,
+                                       const FlowSettings& flow,
+                                       const NoteCallback& note) {
+  return stand::InventoryBatches(source,
+                                 inventory_options(settings, options),
+                                 flow.rows,
+                                 flow.is_in_parts ? stand::BatchOf::kPlots : stand::BatchOf::kTable,
+                                 flow.threads,
+                                 note);
 }
 
 TableFlow::TableFlow(const data::TableSource& source,
@@ -80,7 +62,7 @@ TableFlow::TableFlow(const data::TableSource& source,
   } else {
     whole_ = source;
   }
-  note_sorting(is_sorted(), note);
+  if (is_sorted() && note) note(stand::kSortedNote);
 }
 
 std::optional<data::TableSource> TableFlow::read() {

@@ -32,32 +32,15 @@ struct FlowSettings {
   unsigned threads = 0;                               ///< 1: no reading ahead
 };
 
-/// The trees of an inventory, in parts of whole plots.
-class InventoryFlow {
- public:
-  /// \param options  requirements of the caller; the settings are filled in
-  /// \throws as stand::InventoryBatches
-  InventoryFlow(const data::TableSource& source,
-                const ReadingSettings& settings,
-                const stand::InventoryOptions& options,
-                const FlowSettings& flow = {},
-                NoteCallback note = {});
-
-  /// The next part; nothing after the last. All notes are given with a whole table, or after the
-  /// last part.
-  std::optional<stand::CheckedInventory> next();
-  const std::vector<std::string>& notes() const { return notes_; }
-  const std::vector<std::string>& recognized() const { return recognized_; }
-
- private:
-  stand::InventoryBatches batches_;
-  bool is_in_parts_;
-  NoteCallback note_;
-  ReadAhead<std::optional<stand::CheckedInventory>> ahead_;
-  bool is_finished_ = false;
-  std::vector<std::string> notes_{};
-  std::vector<std::string> recognized_{};
-};
+/// The trees of an inventory, in parts of whole plots. All notes are given with a whole table, or
+/// after the last part.
+/// \param options  requirements of the caller; the settings are filled in
+/// \throws as stand::InventoryBatches
+stand::InventoryBatches inventory_flow(const data::TableSource& source,
+                                       const ReadingSettings& settings,
+                                       const stand::InventoryOptions& options,
+                                       const FlowSettings& flow = {},
+                                       const NoteCallback& note = {});
 
 /// The rows of a table, in parts of whole groups.
 class TableFlow {

@@ -213,7 +213,8 @@ class Growth {
 };
 
 std::string Growth::plot_column(const std::vector<std::string>& header) const {
-  if (!fields_of("plot", header, job_.reading, job_.file).empty()) return "plot";
+  const auto columns = stand::parse_column_mappings(job_.reading.columns);
+  if (!stand::fields_of("plot", header, columns, job_.file).empty()) return "plot";
   throw UsageError("a table without a column plot has no parts; omit `stream`",
                    {.file = job_.file, .column = "`stream`"});
 }

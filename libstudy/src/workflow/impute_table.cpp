@@ -17,10 +17,10 @@
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/study/analysis_setting_list.hpp"
 #include "silvafit/study/idle_settings.hpp"
+#include "silvafit/study/rows_with_columns.hpp"
 #include "silvafit/study/table_checks.hpp"
 #include "silvafit/study/tree_table.hpp"
 #include "workflow/flow.hpp"
-#include "workflow/repeated_rows.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -50,11 +50,8 @@ void check_columns(const ImputeOptions& options, const ReadTable& read) {
     throw InputError(data::no_such_column(name, table.names()), {.file = table.file()});
   }
   const std::string column = column_in(read, options.response);
-  for (const std::string& name : imputation_columns(column, options.interval > 0.0)) {
-    if (!table.has(name)) continue;
-    throw InputError("the file already has this column; choose another name",
-                     {.file = table.file(), .column = name});
-  }
+  refuse_known_columns(
+      imputation_columns(column, options.interval > 0.0), table.names(), table.file());
 }
 
 void add_to(const TableImputation& part, ImputationSummary& summary) {
@@ -132,23 +129,24 @@ std::string group_column(const ImputeOptions& options) {
   return options.group.empty() ? "plot" : options.group;
 }
 
-/// The observations of a table, and which of them are living trees: the others are neither used for
-/// models nor filled in.
+/// The rows of a table that are observations of living trees. Other rows are copies of them, or of
+/// dead trees, which are neither used for models nor filled in.
 class Observed {
  public:
-  explicit Observed(const ObservedTable& read) : table_(read.observations()) {
-    if (read.is_dead.empty()) return;
-    for (std::size_t i = 0; i < table_.rows(); ++i) {
-      if (read.is_dead[read.place.empty() ? i : read.distinct[i]] == 0) living_.push_back(i);
+  explicit Observed(const ObservedTable& read) : table_(read.table) {
+    for (std::size_t row = 0; row < table_.rows(); ++row) {
+      const std::size_t first = read.place.empty() ? row : read.distinct[read.place[row]];
+      const bool is_dead = !read.is_dead.empty() && read.is_dead[first] != 0;
+      if (first == row && !is_dead) living_.push_back(row);
+      place_.push_back(is_dead ? kDead : first == row ? living_.size() - 1 : place_[first]);
     }
-    has_dead_ = true;
   }
 
-  data::Table living() const { return has_dead_ ? table_.select(living_) : table_; }
+  data::Table living() const { return table_.select(living_); }
 
-  /// The imputation of all observations by that of the living ones.
+  /// The imputation of all rows by that of the living trees.
   Imputation completed(Imputation of_living, const std::string& response) const {
-    if (!has_dead_) return of_living;
+    if (living_.size() == table_.rows()) return of_living;
     const std::size_t rows = table_.rows();
     Imputation result{.models = std::move(of_living.models),
                       .value = std::vector<double>(rows, data::kMissing),
@@ -162,26 +160,30 @@ class Observed {
     }
     const auto measured = table_.numbers(response);
     for (std::size_t row = 0; row < rows; ++row) {
-      result.value[row] = measured[row];
-      if (std::isfinite(measured[row])) result.source[row] = ImputeSource::kMeasured;
-    }
-    for (std::size_t i = 0; i < living_.size(); ++i) {
-      result.value[living_[i]] = of_living.value[i];
-      if (!of_living.lower.empty()) {
-        result.lower[living_[i]] = of_living.lower[i];
-        result.upper[living_[i]] = of_living.upper[i];
+      const std::size_t place = place_[row];
+      if (place == kDead) {
+        result.value[row] = measured[row];
+        if (std::isfinite(measured[row])) result.source[row] = ImputeSource::kMeasured;
+        continue;
       }
-      result.source[living_[i]] = of_living.source[i];
-      result.level[living_[i]] = of_living.level[i];
-      result.flag[living_[i]] = std::move(of_living.flag[i]);
+      result.value[row] = of_living.value[place];
+      if (!of_living.lower.empty()) {
+        result.lower[row] = of_living.lower[place];
+        result.upper[row] = of_living.upper[place];
+      }
+      result.source[row] = of_living.source[place];
+      result.level[row] = of_living.level[place];
+      result.flag[row] = of_living.flag[place];
     }
     return result;
   }
 
  private:
-  data::Table table_;
+  static constexpr auto kDead = static_cast<std::size_t>(-1);
+
+  const data::Table& table_;
   std::vector<std::size_t> living_{};
-  bool has_dead_ = false;
+  std::vector<std::size_t> place_{};  ///< of each row, or of the row it copies, in the above
 };
 
 /// The models of a file that is read in parts.
@@ -225,18 +227,6 @@ std::string label_of(const ImputeModel& model, const ImputeOptions& options) {
   return (model.label.empty() ? "all others" : model.label) + ": ";
 }
 
-/// Gives copies of rows the values of their originals.
-void give_to_copies(const std::vector<std::size_t>& place, Imputation& imputation) {
-  if (place.empty()) return;
-  imputation.value = of_all_rows(imputation.value, place);
-  imputation.source = of_all_rows(imputation.source, place);
-  imputation.level = of_all_rows(imputation.level, place);
-  imputation.flag = of_all_rows(imputation.flag, place);
-  if (imputation.lower.empty()) return;
-  imputation.lower = of_all_rows(imputation.lower, place);
-  imputation.upper = of_all_rows(imputation.upper, place);
-}
-
 }  // namespace
 
 ImputationSummary impute_trees(const data::TableSource& trees,
@@ -276,7 +266,6 @@ ImputationSummary impute_trees(const data::TableSource& trees,
     part.imputation = observed.completed(
         is_in_parts ? impute_with(models, living, options) : impute(living, catalogue, options),
         options.response);
-    give_to_copies(read.place, part.imputation);
     part.table = std::move(read.table);
     part.recognized = std::move(read.recognized);
     add_to(part, summary);

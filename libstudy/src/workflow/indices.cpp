@@ -91,7 +91,8 @@ class IndicesRun {
       throw UsageError("`stream` cannot search neighbors across plots; use `per=plot`",
                        {.column = "`stream`"});
     }
-    InventoryFlow flow(source_,
+    stand::InventoryBatches flow =
+        inventory_flow(source_,
                        settings_.reading,
                        {.keep = columns_of(settings_.sampling),
                         .needs_coordinates = true,
@@ -107,7 +108,8 @@ class IndicesRun {
         callbacks_.progress(fmt::format("{} trees", trees), 0, 1);
       }
     }
-    result_.notes.insert(result_.notes.begin(), flow.notes().begin(), flow.notes().end());
+    const std::vector<std::string> notes = flow.notes();
+    result_.notes.insert(result_.notes.begin(), notes.begin(), notes.end());
     result_.recognized = flow.recognized();
     std::vector<std::string> species;
     for (const auto& summary : result_.summaries.by_species()) species.push_back(summary.species);
@@ -199,7 +201,7 @@ stand::CheckedInventory read_inventory(const data::TableSource& inventory,
                                        const ReadingSettings& settings,
                                        const stand::InventoryOptions& options,
                                        const NoteCallback& note) {
-  return std::move(*InventoryFlow(inventory, settings, options, {}, note).next());
+  return std::move(*inventory_flow(inventory, settings, options, {}, note).next());
 }
 
 }  // namespace silvafit::study

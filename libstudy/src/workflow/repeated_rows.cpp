@@ -137,10 +137,13 @@ Place place_in(const data::Table& table,
   return place;
 }
 
-/// The place of the first copy and of its original.
-std::string describe_first(const Copy& copy, const data::Table& table, const Place& place) {
+/// The place of a copy and of its original.
+std::string describe_copy(const Copy& copy,
+                          const data::Table& table,
+                          const data::TextColumn& plot,
+                          const data::TextColumn& tree) {
   const std::size_t line = table.line(copy.original);
-  return describe(place,
+  return describe(place_in(table, plot, tree, copy.row),
                   line > 0 ? fmt::format("copy of line {}", line) : "copy of an earlier row");
 }
 
@@ -167,12 +170,6 @@ stand::Inventory inventory_of(const data::Table& table,
 
 }  // namespace
 
-void RepeatCounts::add(const RepeatCounts& part) {
-  if (copies == 0) first_copy = part.first_copy;
-  copies += part.copies;
-  others += part.others;
-}
-
 std::vector<std::string> RepeatCounts::notes() const {
   std::vector<std::string> notes;
   if (copies > 0) {
@@ -189,36 +186,25 @@ std::vector<std::string> RepeatCounts::notes() const {
   return notes;
 }
 
-ObservedRows observed_rows(const data::Table& table,
-                           const std::string& plot_column,
-                           const std::string& tree_column) {
-  ObservedRows result;
+void find_copies(const std::string& plot_column,
+                 const std::string& tree_column,
+                 ObservedTable& read,
+                 RepeatCounts& counts) {
+  const data::Table& table = read.table;
   const data::TextColumn plot = table.labels(plot_column);
   const data::TextColumn tree = table.labels(tree_column);
   const std::vector<Rows> trees = rows_of_trees(plot, tree);
   const std::vector<Copy> copies = copies_in(table, trees);
-  const std::size_t others = further_rows(table, trees) - copies.size();
-  if (!copies.empty()) {
-    auto copy = copies.begin();
-    for (std::size_t row = 0; row < table.rows(); ++row) {
-      const bool is_copy = copy != copies.end() && copy->row == row;
-      result.place.push_back(is_copy ? result.place[copy->original] : result.distinct.size());
-      is_copy ? static_cast<void>(++copy) : result.distinct.push_back(row);
-    }
-    const Copy& first = copies.front();
-    result.repeated.copies = copies.size();
-    result.repeated.first_copy =
-        describe_first(first, table, place_in(table, plot, tree, first.row));
+  counts.others += further_rows(table, trees) - copies.size();
+  if (copies.empty()) return;
+  auto copy = copies.begin();
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const bool is_copy = copy != copies.end() && copy->row == row;
+    read.place.push_back(is_copy ? read.place[copy->original] : read.distinct.size());
+    is_copy ? static_cast<void>(++copy) : read.distinct.push_back(row);
   }
-  result.repeated.others = others;
-  return result;
-}
-
-void RepeatedTreeCounts::add(const RepeatedTreeCounts& part) {
-  if (same == 0) first_same = part.first_same;
-  if (others == 0) first_other = part.first_other;
-  same += part.same;
-  others += part.others;
+  if (counts.copies == 0) counts.first_copy = describe_copy(copies.front(), table, plot, tree);
+  counts.copies += copies.size();
 }
 
 std::vector<std::string> RepeatedTreeCounts::notes() const {
@@ -238,10 +224,11 @@ std::vector<std::string> RepeatedTreeCounts::notes() const {
   return notes;
 }
 
-RepeatedTreeCounts keep_one_row_per_tree(data::Table& table,
-                                         const std::string& plot_column,
-                                         const std::string& tree_column,
-                                         const MeasureOf& measure) {
+void keep_one_row_per_tree(data::Table& table,
+                           const std::string& plot_column,
+                           const std::string& tree_column,
+                           const MeasureOf& measure,
+                           RepeatedTreeCounts& counts) {
   const data::TextColumn plot = table.labels(plot_column);
   const data::TextColumn tree = table.labels(tree_column);
   Rows rows;
@@ -250,8 +237,7 @@ RepeatedTreeCounts keep_one_row_per_tree(data::Table& table,
   }
   const auto repeated =
       stand::repeated_trees(inventory_of(table, rows, plot, tree, measure), times_of(table, rows));
-  if (repeated.empty()) return {};
-  RepeatedTreeCounts counts;
+  if (repeated.empty()) return;
   Rows kept;
   data::TextColumn ids;
   auto next = repeated.begin();
@@ -277,9 +263,8 @@ RepeatedTreeCounts keep_one_row_per_tree(data::Table& table,
     }
     ids.append(next++->new_id);
   }
-  if (counts.same > 0) table = table.select(kept);
+  if (kept.size() < table.rows()) table = table.select(kept);
   table.set(tree_column, std::move(ids));
-  return counts;
 }
 
 }  // namespace silvafit::study

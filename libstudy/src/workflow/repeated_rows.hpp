@@ -12,23 +12,17 @@
 
 namespace silvafit::study {
 
-/// Rows of a table as observations of models.
-struct ObservedRows {
-  std::vector<std::size_t> distinct{};  ///< if there are copies, all other rows, ascending
-  /// For each row its place in `distinct`; a copy has that of the row it copies. Empty
-  /// if there are no copies.
-  std::vector<std::size_t> place{};
-  RepeatCounts repeated{};
-};
-
 /// Finds the rows that have the plot and tree of an earlier row. A copy has its values in all
 /// columns. Other rows are further observations of a tree, or another tree of the same number.
-ObservedRows observed_rows(const data::Table& table,
-                           const std::string& plot_column,
-                           const std::string& tree_column);
+/// \param read    gets the distinct rows, if there are copies
+/// \param counts  of earlier parts; those of this table are added
+void find_copies(const std::string& plot_column,
+                 const std::string& tree_column,
+                 ObservedTable& read,
+                 RepeatCounts& counts);
 
 /// The values of all rows from those of the distinct ones.
-/// \param place  as ObservedRows::place, not empty
+/// \param place  as ObservedTable::place, not empty
 template <class Value>
 std::vector<Value> of_all_rows(const std::vector<Value>& values,
                                const std::vector<std::size_t>& place) {
@@ -44,9 +38,11 @@ using MeasureOf = std::function<std::vector<double>(const std::string& name)>;
 /// Keeps one row for each tree at one time, by the rule for inventories
 /// (stand::repeated_trees()): copies and later measurements are removed, other trees of the same
 /// number get a new one.
-RepeatedTreeCounts keep_one_row_per_tree(data::Table& table,
-                                         const std::string& plot_column,
-                                         const std::string& tree_column,
-                                         const MeasureOf& measure);
+/// \param counts  of earlier parts; those of this table are added
+void keep_one_row_per_tree(data::Table& table,
+                           const std::string& plot_column,
+                           const std::string& tree_column,
+                           const MeasureOf& measure,
+                           RepeatedTreeCounts& counts);
 
 }  // namespace silvafit::study

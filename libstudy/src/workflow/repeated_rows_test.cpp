@@ -33,20 +33,22 @@ data::Table table_of(const std::vector<std::string>& plot,
 
 TEST_CASE("rows with all values of an earlier row of the same plot and tree are copies") {
   const double missing = data::kMissing;
-  const data::Table table = table_of({"1", "1", "2", "1", "1", "1", "", ""},
-                                     {"a", "a", "a", "a", "b", "b", "a", "a"},
-                                     {5.0, 6.0, 5.0, 5.0, missing, missing, 5.0, 5.0});
-  const ObservedRows rows = observed_rows(table, "plot", "tree");
+  ObservedTable rows;
+  rows.table = table_of({"1", "1", "2", "1", "1", "1", "", ""},
+                        {"a", "a", "a", "a", "b", "b", "a", "a"},
+                        {5.0, 6.0, 5.0, 5.0, missing, missing, 5.0, 5.0});
+  RepeatCounts counts;
+  find_copies("plot", "tree", rows, counts);
   // Rows without a plot cannot be assigned to a tree.
   CHECK(rows.distinct == std::vector<std::size_t>{0, 1, 2, 4, 6, 7});
   CHECK(rows.place == std::vector<std::size_t>{0, 1, 2, 0, 3, 3, 4, 5});
   CHECK(of_all_rows(std::vector<int>{10, 11, 12, 13, 14, 15}, rows.place) ==
         std::vector<int>{10, 11, 12, 10, 13, 13, 14, 15});
-  REQUIRE(rows.repeated.notes().size() == 2);
-  CHECK(rows.repeated.notes()[0] ==
+  REQUIRE(counts.notes().size() == 2);
+  CHECK(counts.notes()[0] ==
         "2 rows are copies of an earlier row of the same plot and tree and used once, the first: "
         "copy of an earlier row (plot 1, tree a)");
-  CHECK(rows.repeated.notes()[1] ==
+  CHECK(counts.notes()[1] ==
         "1 row has the plot and tree of another row with other values; each is an observation");
 }
 
@@ -60,7 +62,10 @@ TEST_CASE("the copies are those found by comparing all pairs") {
     tree.push_back(std::to_string(bits() % 10));
     h.push_back(bits() % 5 == 0 ? data::kMissing : static_cast<double>(bits() % 4));
   }
-  const ObservedRows rows = observed_rows(table_of(plot, tree, h), "plot", "tree");
+  ObservedTable rows;
+  rows.table = table_of(plot, tree, h);
+  RepeatCounts counts;
+  find_copies("plot", "tree", rows, counts);
   std::vector<std::size_t> expected;
   for (std::size_t i = 0; i < h.size(); ++i) {
     bool is_copy = false;
@@ -81,7 +86,9 @@ TEST_CASE("trees keep one row each, other trees of one number get a new one") {
     const auto values = table.numbers(name);
     return std::vector<double>(values.begin(), values.end());
   };
-  const auto notes = keep_one_row_per_tree(table, "plot", "tree", measure).notes();
+  RepeatedTreeCounts counts;
+  keep_one_row_per_tree(table, "plot", "tree", measure, counts);
+  const auto notes = counts.notes();
   REQUIRE(table.rows() == 4);
   const data::TextColumn tree = table.labels("tree");
   CHECK(tree[0] == "a");
@@ -99,10 +106,8 @@ TEST_CASE("trees keep one row each, other trees of one number get a new one") {
 
 TEST_CASE("a column of ours may be one field of a file, or several that are joined") {
   const std::vector<std::string> header{"site", "sub", "BHD", "tree"};
-  const auto found = [&](const std::string& name, std::vector<std::string> columns) {
-    ReadingSettings settings;
-    settings.columns = std::move(columns);
-    return fields_of(name, header, settings, "trees.csv");
+  const auto found = [&](const std::string& name, const std::vector<std::string>& columns) {
+    return stand::fields_of(name, header, stand::parse_column_mappings(columns), "trees.csv");
   };
   CHECK(found("plot", {"plot=sub"}) == std::vector<std::size_t>{1});
   CHECK(found("plot", {"plot=site+sub"}) == std::vector<std::size_t>{0, 1});

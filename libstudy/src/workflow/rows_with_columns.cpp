@@ -8,6 +8,7 @@
 #include <cmath>
 #include <vector>
 
+#include "silvafit/base/error.hpp"
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/study/tree_table.hpp"
 
@@ -61,6 +62,16 @@ std::string field_of(const data::Table& table,
 }
 
 }  // namespace
+
+void refuse_known_columns(const std::vector<std::string>& names,
+                          const std::vector<std::string>& header,
+                          const std::string& file) {
+  for (const std::string& name : names) {
+    if (std::ranges::find(header, name) == header.end()) continue;
+    throw InputError("the file already has this column; choose another name",
+                     {.file = file, .column = name});
+  }
+}
 
 std::string with_digits(double value, int digits) {
   constexpr int kAllDigits = 17;  // distinguishes all doubles

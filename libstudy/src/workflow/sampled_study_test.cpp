@@ -8,7 +8,7 @@
 #include <string>
 
 #include "silvafit/study/whole_study.hpp"
-#include "study/species_importance.hpp"
+#include "study/study_tables.hpp"
 #include "study/study_test_support.hpp"
 
 using namespace silvafit;

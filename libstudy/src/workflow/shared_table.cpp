@@ -142,7 +142,8 @@ SharedTable read_shared_table(const data::TableSource& source,
       settings,
       {.is_in_parts = true, .rows = kRowsOfSharedPart, .threads = 1},
       [&](const std::vector<std::string>& header) {
-        fields = fields_of(group, header, settings, data::file_of(source));
+        fields = stand::fields_of(
+            group, header, stand::parse_column_mappings(settings.columns), data::file_of(source));
         if (fields.empty()) {
           throw InputError(data::no_such_column(group, header), {.file = data::file_of(source)});
         }

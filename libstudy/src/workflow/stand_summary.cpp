@@ -4,31 +4,172 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_values.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/data/list_table.hpp"
 #include "silvafit/stand/stand_json.hpp"
-#include "silvafit/study/report_data.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
+#include "silvafit/study/indices.hpp"
 #include "silvafit/study/report_page.hpp"
 #include "silvafit/study/setting_list.hpp"
 #include "silvafit/study/site_index.hpp"
 #include "silvafit/study/study_files.hpp"
 #include "study/settings_json.hpp"
 #include "workflow/flow.hpp"
-#include "workflow/report_stand.hpp"
-#include "workflow/stand_options.hpp"
-#include "workflow/study_decisions.hpp"
+#include "workflow/report_parts.hpp"
 
 namespace silvafit::study {
 namespace {
+
+/// Settings that growth does not read: those of tables of one time, and of neighbors.
+constexpr auto kIdleOnGrowth = std::to_array<std::string_view>({"layers",
+                                                                "quadrat",
+                                                                "dominant_trees",
+                                                                "class_width",
+                                                                "thinning",
+                                                                "site_index",
+                                                                "by",
+                                                                "dead",
+                                                                "edge",
+                                                                "buffer",
+                                                                "further",
+                                                                "per",
+                                                                "alpha",
+                                                                "neighbors",
+                                                                "dominance",
+                                                                "crowding",
+                                                                "competition_radius",
+                                                                "open_grown"});
+
+/// Settings of a design, which plots whose areas are given do not have.
+constexpr auto kOfSamples =
+    std::to_array<std::string_view>({"subplots", "subplot", "slope_correction"});
+constexpr auto kDesigns = std::to_array<std::string_view>({"circles", "angle_count", "expansion"});
+
+IdleReasons idle_in_stand(const StandOptions& options, bool is_growth) {
+  IdleReasons idle;
+  const UnitSettings& units = options.units;
+  const bool has_areas = options.report.plot_area_m2 || !units.window.empty() ||
+                         !units.circle.empty() || !units.windows.empty();
+  if (!has_areas) return idle;
+  constexpr const char* kBeside = "beside `plot_area`, `window` or `circle`, which give the areas";
+  for (const std::string_view key : kOfSamples) idle[key] = kBeside;
+  if (!is_growth) return idle;  // stand tables refuse both with more words
+  for (const std::string_view key : kDesigns) idle[key] = kBeside;
+  return idle;
+}
+
+void refuse_idle(const StandOptions& options,
+                 const IdleReasons& reasons,
+                 const GivenName& given_name) {
+  refuse_idle_settings(options, given_name, reasons);
+  refuse_idle_settings(options.reading, given_name, reasons);
+  refuse_idle_settings(options.units, given_name, reasons);
+  refuse_idle_settings(options.sampling, given_name, reasons);
+  refuse_idle_settings(options.equations, given_name, reasons);
+}
+
+IdleReasons idle_without_strata(const stand::StandReportOptions& options) {
+  if (!options.stratum.empty() || (options.design.plots && options.design.plots->has_stratum)) {
+    return {};
+  }
+  constexpr const char* kStrata =
+      "without strata: `stratum=COLUMN`, or the column stratum in the table of `plots`";
+  return {{"stratum_areas", kStrata}, {"post_stratified", kStrata}};
+}
+
+/// With windows and the table of plots read.
+/// \throws UsageError if settings cannot be used
+stand::StandReportOptions report_options(const StandOptions& options) {
+  stand::StandReportOptions report = options.report;
+  report.units = unit_options(options.units, options.threads);
+  report.design = sampling_design(options.sampling);
+  report.trust_units = options.reading.trust_units;
+  refuse_idle_settings(options, {}, idle_without_strata(report));
+  return report;
+}
+
+/// Columns of the inventory that are needed besides ours.
+std::vector<std::string> columns_of(const StandOptions& options) {
+  std::vector<std::string> columns = columns_of(options.sampling);
+  const std::vector<std::string> needed = columns_of(options.equations);
+  columns.insert(columns.end(), needed.begin(), needed.end());
+  if (!options.report.stratum.empty()) columns.push_back(options.report.stratum);
+  columns.insert(columns.end(), options.totals.begin(), options.totals.end());
+  if (!options.thinning.empty()) {
+    const std::string column = stand::parse_thinning(options.thinning).column;
+    if (!column.empty()) columns.push_back(column);
+  }
+  if (!options.site_index.empty()) columns.emplace_back("age");
+  for (const std::string& column : options.report.by) {
+    if (stand::tree_column(column) == nullptr) columns.push_back(column);
+  }
+  return columns;
+}
+
+/// Adds columns of the file as quantities.
+/// \throws InputError if one is not a column of numbers
+void add_totals(const std::vector<std::string>& columns, stand::Inventory& inventory) {
+  for (const std::string& column : columns) {
+    const bool is_other = inventory.other.has(column);
+    const data::Table table = is_other ? data::Table() : stand::to_table(inventory);
+    const data::Table& source = is_other ? inventory.other : table;
+    if (!source.has(column) || !source.is_numeric(column)) {
+      throw InputError(source.has(column) ? fmt::format("'{}' is not a column of numbers", column)
+                                          : data::no_such_column(column, source.names()),
+                       {.file = inventory.file, .column = "`totals`"});
+    }
+    const auto values = source.numbers(column);
+    inventory.quantities.push_back({.name = column, .values = {values.begin(), values.end()}});
+  }
+}
+
+/// The numbers of trees without a value.
+std::vector<std::string> notes_on_totals(const StandOptions& options,
+                                         const stand::StandReport& report) {
+  std::vector<std::string> notes;
+  for (std::size_t i = 0; i < report.quantities.size(); ++i) {
+    const bool is_column =
+        std::ranges::find(options.totals, report.quantities[i]) != options.totals.end();
+    const std::size_t without = report.all.trees_without_quantity[i];
+    if (!is_column || without == 0) continue;
+    notes.push_back(
+        fmt::format("{} no {}; sums do not include {}, and means are those of the others",
+                    counted(without, "tree has", "trees have"),
+                    report.quantities[i],
+                    without == 1 ? "it" : "them"));
+  }
+  return notes;
+}
+
+/// Adds the notes on equations and on the table of plots to those of a report, and passes all
+/// to the caller.
+/// \return those of the inventory and of the report
+std::vector<std::string> complete_notes(const stand::StandReportOptions& options,
+                                        const std::vector<std::string>& on_equations,
+                                        const std::vector<std::string>& on_inventory,
+                                        std::vector<std::string>& notes,
+                                        const Callbacks& callbacks) {
+  notes.insert(notes.end(), on_equations.begin(), on_equations.end());
+  if (options.design.plots && !options.design.plots->recognized.empty()) {
+    notes.insert(notes.begin(), "table of plots: " + options.design.plots->recognized);
+  }
+  give_notes(notes, callbacks.note);
+  std::vector<std::string> all = on_inventory;
+  all.insert(all.end(), notes.begin(), notes.end());
+  return all;
+}
 
 /// One batch is read while another one is added, with its structural units.
 constexpr std::size_t kRowsOfBatch = 50000;
@@ -43,7 +184,7 @@ void refuse_expansion(const stand::Inventory& trees, const stand::StandReportOpt
 }
 
 /// The report of batches of whole plots, which are added up.
-void add_parts(InventoryFlow& flow,
+void add_parts(stand::InventoryBatches& flow,
                const stand::StandReportOptions& report,
                const std::function<void(stand::Inventory&)>& add_quantities,
                const Callbacks& callbacks,
@@ -137,6 +278,19 @@ void add_site_indices(const StandOptions& options, StandSummary& summary) {
 
 }  // namespace
 
+void refuse_idle(const StandOptions& options, const GivenName& given_name) {
+  refuse_idle(options, idle_in_stand(options, false), given_name);
+}
+
+void refuse_idle_on_growth(const StandOptions& options, const GivenName& given_name) {
+  IdleReasons idle = idle_in_stand(options, true);
+  for (const std::string_view key : kIdleOnGrowth) idle[key] = "on growth";
+  if (options.report.plot_area_m2) {
+    for (const char* key : {"window", "circle"}) idle[key] = "beside `plot_area`";
+  }
+  refuse_idle(options, idle, given_name);
+}
+
 StandSummary stand_summary(const data::TableSource& inventory,
                            const StandOptions& options,
                            const Callbacks& callbacks,
@@ -149,7 +303,7 @@ StandSummary stand_summary(const data::TableSource& inventory,
   }
   const stand::StandReportOptions report = report_options(options);
   StandSummary summary{.settings = options.units};
-  InventoryFlow flow(
+  stand::InventoryBatches flow = inventory_flow(
       inventory,
       options.reading,
       {.keep = columns_of(options), .refuses_unread = true, .keeps_expansion = !options.stream},
@@ -187,10 +341,8 @@ std::vector<std::pair<std::string, data::Table>> tables_of(const StandSummary& s
     std::vector<stand::ThinningFigures> plots = summary.thinning->plots;
     plots.push_back(summary.thinning->all);
     plots.back().name = "all";
-    data::Table table(plots.size());
-    data::TextColumn names;
-    for (const stand::ThinningFigures& plot : plots) names.append(plot.name);
-    table.set("plot", std::move(names));
+    data::ListTable<stand::ThinningFigures> table(plots);
+    table.add("plot", &stand::ThinningFigures::name);
     using Figures = stand::StandFigures;
     using Stage = std::pair<const char*, Figures stand::ThinningFigures::*>;
     using Column = std::pair<const char*, double Figures::*>;
@@ -203,32 +355,25 @@ std::vector<std::pair<std::string, data::Table>> tables_of(const StandSummary& s
       for (const auto& [stage, figures] : {Stage{"before", &stand::ThinningFigures::before},
                                            Stage{"removed", &stand::ThinningFigures::removed},
                                            Stage{"after", &stand::ThinningFigures::after}}) {
-        std::vector<double> values;
-        for (const stand::ThinningFigures& plot : plots) values.push_back(plot.*figures.*member);
-        table.set(fmt::format("{}_{}", value, stage), std::move(values));
+        table.add(fmt::format("{}_{}", value, stage),
+                  [figure = figures, member = member](const stand::ThinningFigures& plot) {
+                    return plot.*figure.*member;
+                  });
       }
     }
-    tables.emplace_back("thinning", std::move(table));
+    tables.emplace_back("thinning", std::move(table).table());
     data::Table trees = stand::to_table(summary.inventory.inventory);
     const std::vector<char>& removed = summary.thinning->is_removed;
     trees.set("removed", std::vector<double>(removed.begin(), removed.end()));
     tables.emplace_back("trees", std::move(trees));
   }
   if (!summary.sites.empty()) {
-    data::Table table(summary.sites.size());
-    data::TextColumn names;
-    std::array<std::vector<double>, 3> values;
-    for (const SiteIndex& site : summary.sites) {
-      names.append(site.plot);
-      values[0].push_back(site.age);
-      values[1].push_back(site.dominant_m);
-      values[2].push_back(site.at_base_age);
-    }
-    table.set("plot", std::move(names));
-    table.set("age", std::move(values[0]));
-    table.set("dominant_height_m", std::move(values[1]));
-    table.set("site_index_m", std::move(values[2]));
-    tables.emplace_back("sites", std::move(table));
+    data::ListTable<SiteIndex> table(summary.sites);
+    table.add("plot", &SiteIndex::plot);
+    table.add("age", &SiteIndex::age);
+    table.add("dominant_height_m", &SiteIndex::dominant_m);
+    table.add("site_index_m", &SiteIndex::at_base_age);
+    tables.emplace_back("sites", std::move(table).table());
   }
   return tables;
 }
@@ -298,6 +443,43 @@ nlohmann::ordered_json json_of(const StandSummary& summary) {
                                {"dominant_height_m", number_or_null(site.dominant_m)},
                                {"site_index_m", number_or_null(site.at_base_age)}});
   }
+  result["recognized"] = summary.inventory.recognized;
+  result["notes"] = summary.notes;
+  result["seconds"] = summary.seconds;
+  return result;
+}
+
+GrowthSummary stand_growth(const data::TableSource& inventory,
+                           const StandOptions& options,
+                           const Callbacks& callbacks) {
+  refuse_idle_on_growth(options);
+  const auto start = Clock::now();
+  const stand::StandReportOptions report = report_options(options);
+  const stand::InventoryOptions reading{.keep = columns_of(options),
+                                        .refuses_unread = true,
+                                        .keeps_expansion = true,
+                                        .keeps_measurements = true};
+  GrowthSummary summary{.inventory =
+                            read_inventory(inventory, options.reading, reading, callbacks.note)};
+  stand::Inventory& trees = summary.inventory.inventory;
+  QuantitiesOfParts quantities(options.equations);
+  if (!options.equations.equations.empty()) {
+    trees.quantities = quantities.add(stand::to_table(trees));
+  }
+  add_totals(options.totals, trees);
+  summary.report = stand::growth_report(trees, report);
+  summary.notes = complete_notes(
+      report, quantities.notes(), summary.inventory.notes, summary.report.notes, callbacks);
+  summary.seconds = seconds_since(start);
+  return summary;
+}
+
+nlohmann::ordered_json json_of(const GrowthSummary& summary) {
+  nlohmann::ordered_json result{{"schema", "silvafit-growth/1"},
+                                {"silvafit", SILVAFIT_VERSION},
+                                {"inventory", summary.inventory.inventory.file},
+                                {"excluded", summary.inventory.excluded_tree_count}};
+  result.update(stand::json_of(summary.report));
   result["recognized"] = summary.inventory.recognized;
   result["notes"] = summary.notes;
   result["seconds"] = summary.seconds;

@@ -16,7 +16,6 @@
 #include "silvafit/base/paths.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/study/predict_responses.hpp"
-#include "silvafit/study/report_data.hpp"
 #include "silvafit/study/report_page.hpp"
 #include "silvafit/study/scenes.hpp"
 #include "study/settings_json.hpp"

@@ -229,7 +229,9 @@ void Planner::read() {
   stand::InventoryBatches batches(inventory_,
                                   inventory_options(reading, {.needs_coordinates = true}),
                                   data::TablePartsOptions{}.rows,
-                                  stand::BatchOf::kRows);
+                                  stand::BatchOf::kRows,
+                                  1,
+                                  callbacks_.note);
   if (!batches.has_numbers()) {
     throw InputError("tiles need a column with numbers of trees, such as `columns=tree=ID`",
                      {.file = plan_.inventory});
@@ -244,9 +246,6 @@ void Planner::read() {
     done += batches.rows()->lines.size();
     if (callbacks_.progress) callbacks_.progress("cutting", done, plan_.rows);
   }
-  give_notes(batches.notes(), callbacks_.note);
-  const std::string excluded = batches.excluded();
-  if (!excluded.empty() && callbacks_.note) callbacks_.note(excluded);
   plan_.ids_repeat = ids_.repeat(plan_.inventory);
   plan_.hull = hull_.vertices();
 }

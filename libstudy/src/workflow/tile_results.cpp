@@ -242,11 +242,7 @@ TileResult tile_predictions(const fs::path& folder,
   const data::TableSource table = rows.table;
   const AddedColumns columns{.table = new_columns(predict_table(table, library, catalogue, own)),
                              .digits = digits};
-  for (const std::string& name : columns.table.names()) {
-    if (std::ranges::find(plan.head.header, name) == plan.head.header.end()) continue;
-    throw InputError("the file already has this column; choose another name",
-                     {.file = plan.inventory, .column = name});
-  }
+  refuse_known_columns(columns.table.names(), plan.head.header, plan.inventory);
   ResultRows result;
   write_rows_with_columns(
       table, columns, own.reading, [&](std::size_t line, std::string_view record) {

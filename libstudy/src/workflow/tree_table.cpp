@@ -5,7 +5,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <functional>
 #include <list>
 #include <optional>
 #include <utility>
@@ -42,17 +41,17 @@ enum class RepeatedRows {
 };
 
 /// Settings for converting a file to a table.
-struct Wishes {
+struct Wishes : ModelColumns {
   stand::InventoryOptions options{};  ///< the columns that it maps are not added
-  Names names{};                      ///< columns that remain text, by our names
-  std::function<bool(const std::string&)> is_wanted{};
-  bool unifies_spellings = false;
-  Names species{};  ///< whose spelling is given
+  bool wants_all = false;             ///< all of our columns, instead of `wanted`
   bool leaves_out_dead = false;
-  bool finds_dead = false;  ///< for the caller, who keeps their rows
-  bool dead_wood = false;   ///< a column tells what is left of trees
-  RepeatedRows repeated = RepeatedRows::kAll;
-  ReadingState* state = nullptr;  ///< of earlier parts of the file, if there are parts
+  bool dead_wood = false;  ///< a column tells what is left of trees
+  RepeatedRows repeated = RepeatedRows::kObservations;
+
+  bool is_wanted(const std::string& name) const {
+    const bool is_label = name == "plot" || name == "tree";
+    return wants_all || contains(wanted, name) || (is_label && !wanted.empty());
+  }
 };
 
 /// Reads one source; its functions share their data as members.
@@ -252,21 +251,16 @@ void TableReader::resolve_repeated_rows() {
   const std::string tree = column_of("tree");
   if (!table.has(plot) || !table.has(tree)) return;
   if (wishes_.repeated == RepeatedRows::kObservations) {
-    ObservedRows rows = observed_rows(table, plot, tree);
-    state_.repeated.add(rows.repeated);
+    find_copies(plot, tree, result_, state_.repeated);
     for (std::string& text : state_.repeated.notes()) note(std::move(text));
-    result_.distinct = std::move(rows.distinct);
-    result_.place = std::move(rows.place);
   } else if (wishes_.repeated == RepeatedRows::kOneOfEachTree) {
     const auto measure = [&](const std::string& name) -> std::vector<double> {
       const std::string column = column_of(name);
       const bool is_mapped = stand::mapping_to(name, result_.mapped) != nullptr;
       if (!is_mapped && !table.has(column)) return {};
-      std::vector<data::TextCell> cells;
-      return data::numbers_of(
-          table, data::column_reference(name, column, table.names(), reader_.file()), cells);
+      return stand::numbers_from(table, name, column);
     };
-    state_.repeated_trees.add(keep_one_row_per_tree(table, plot, tree, measure));
+    keep_one_row_per_tree(table, plot, tree, measure, state_.repeated_trees);
     for (std::string& text : state_.repeated_trees.notes()) note(std::move(text));
   }
 }
@@ -300,7 +294,7 @@ TableReader::Result TableReader::read() {
       if (contains(reader_.header(), source)) result_.columns.emplace(name, source);
     }
   }
-  if (wishes_.unifies_spellings) unify_spellings();
+  if (!wishes_.keeps_spellings) unify_spellings();
   read_status();
   const data::Table& table = result_.table;
   // As numbers, 001 and 1 are the same plot.
@@ -322,12 +316,9 @@ void check_table_units(const data::Table& table, const Mappings& mapped, bool is
       const auto numbers = table.numbers(name);
       return std::vector<double>(numbers.begin(), numbers.end());
     }
-    std::vector<data::TextCell> texts;
-    return data::numbers_of(
-        table, data::column_reference(name, mapping->source, table.names(), table.file()), texts);
+    return stand::numbers_from(table, name, mapping->source);
   };
-  const auto dbh = numbers_of("dbh");
-  if (!dbh) return;
+  if (!numbers_of("dbh")) return;
   std::vector<stand::SizeColumn> sizes;
   std::list<std::vector<double>> values;
   for (const stand::TreeColumn& column : stand::tree_columns()) {
@@ -346,15 +337,7 @@ void check_table_units(const data::Table& table, const Mappings& mapped, bool is
   const auto labels = [&table](const char* name) {
     return table.has(name) ? table.labels(name) : data::TextColumn();
   };
-  const data::TextColumn plot = labels("plot");
-  const data::TextColumn species = labels("species");
-  stand::TreeSizes trees{.plot = plot, .species = table.has("species") ? &species : nullptr};
-  const auto h = numbers_of("h");
-  if (table.has("plot") && h) {
-    trees.dbh_cm = *dbh;
-    trees.h_m = *h;
-  }
-  stand::check_units_of_trees(trees, sizes, table.file());
+  stand::check_units_of_trees(labels("plot"), labels("species"), sizes, table.file());
 }
 
 }  // namespace
@@ -367,31 +350,6 @@ std::map<std::string, std::string> column_map(const std::vector<std::string>& en
   return map;
 }
 
-std::vector<std::size_t> fields_of(const std::string& name,
-                                   const std::vector<std::string>& header,
-                                   const ReadingSettings& settings,
-                                   const std::string& file) {
-  const auto find = [&header](const std::string& source) {
-    Names columns{source};
-    if (std::ranges::find(header, source) == header.end()) {
-      columns = stand::joined_columns(source, header);
-    }
-    std::vector<std::size_t> fields;
-    for (const std::string& column : columns) {
-      fields.push_back(
-          static_cast<std::size_t>(std::ranges::find(header, column) - header.begin()));
-    }
-    return fields;
-  };
-  const std::map<std::string, std::string> sources = column_map(settings.columns);
-  const auto source = sources.find(name);
-  std::vector<std::size_t> fields = find(source == sources.end() ? name : source->second);
-  if (!fields.empty()) return fields;
-  const auto usual = stand::usual_columns(
-      header, [&](const std::string& known) { return known == name; }, file);
-  return usual.size() == 1 ? find(usual.front().source) : fields;
-}
-
 ReadTable read_tree_table(const data::TableSource& source,
                           const ReadingSettings& settings,
                           const std::string& by,
@@ -400,14 +358,12 @@ ReadTable read_tree_table(const data::TableSource& source,
                           ReadingState* state,
                           bool dead_wood) {
   columns = column_map(settings.columns);
-  Wishes wishes{.options = inventory_options(settings),
-                .names = {"plot", "tree", "species"},
-                .is_wanted = [](const std::string&) { return true; },
-                .unifies_spellings = true,
-                .leaves_out_dead = !dead_wood,
-                .dead_wood = dead_wood,
-                .repeated = by.empty() ? RepeatedRows::kOneOfEachTree : RepeatedRows::kAll,
-                .state = state};
+  Wishes wishes{{.names = {"plot", "tree", "species"}, .state = state},
+                inventory_options(settings),
+                true,
+                !dead_wood,
+                dead_wood,
+                by.empty() ? RepeatedRows::kOneOfEachTree : RepeatedRows::kAll};
   std::ranges::sort(wishes.options.columns, {}, &stand::ColumnMapping::name);
   TableReader::Result result = TableReader(source, wishes).read();
   // Joined labels are columns of our names now.
@@ -428,19 +384,7 @@ ObservedTable read_model_table(const data::TableSource& source,
                                const ReadingSettings& settings,
                                const ModelColumns& columns,
                                const NoteCallback& note) {
-  const Wishes wishes{.options = inventory_options(settings),
-                      .names = columns.names,
-                      .is_wanted =
-                          [&](const std::string& name) {
-                            const bool is_label = name == "plot" || name == "tree";
-                            return contains(columns.wanted, name) ||
-                                   (is_label && !columns.wanted.empty());
-                          },
-                      .unifies_spellings = !columns.keeps_spellings,
-                      .species = columns.species,
-                      .finds_dead = columns.finds_dead,
-                      .repeated = RepeatedRows::kObservations,
-                      .state = columns.state};
+  const Wishes wishes{columns, inventory_options(settings)};
   TableReader::Result result = TableReader(source, wishes).read();
   const Names computed = add_columns(result.mapped, result.table, columns.units);
   ReadingState own;

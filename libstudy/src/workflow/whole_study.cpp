@@ -22,8 +22,7 @@
 #include "silvafit/study/study_files.hpp"
 #include "silvafit/study/tree_table.hpp"
 #include "study/study_work.hpp"
-#include "workflow/report_stand.hpp"
-#include "workflow/study_decisions.hpp"
+#include "workflow/report_parts.hpp"
 
 namespace silvafit::study {
 namespace {

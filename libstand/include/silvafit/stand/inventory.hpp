@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <iosfwd>
 #include <memory>
 #include <optional>
@@ -178,6 +179,10 @@ enum class BatchOf {
   kRows,   ///< rows in the order of the file, whose trees are not compared with each other
 };
 
+/// The note on files that are read plot by plot and were sorted first.
+inline constexpr char kSortedNote[] =
+    "the rows of a plot are not contiguous; the file was sorted by plot on disk";
+
 /// Reads an inventory batch by batch, so that memory does not grow with the file. If the rows of a
 /// plot do not follow each other, they are sorted by plot on disk; those of a pipe, and of a file
 /// without numbers of trees, must follow each other. A whole table is one batch.
@@ -186,12 +191,16 @@ class InventoryBatches {
   /// Columns beyond the inventory's own (keep, keep_all, other mappings) need a file, which is then
   /// read twice: whether a column is text depends on all rows.
   /// \param rows     a batch ends with the plot that reaches this number of rows
+  /// \param threads  1: no reading ahead
+  /// \param note     gets all notes, with a whole table or after the last batch
   /// \throws as read_inventory; UsageError if the source of several batches is no CSV file, or if
   ///         there are other columns and the file can be read only once
   explicit InventoryBatches(const data::TableSource& source,
                             const InventoryOptions& options,
                             std::size_t rows = 200000,
-                            BatchOf of = BatchOf::kPlots);
+                            BatchOf of = BatchOf::kPlots,
+                            unsigned threads = 1,
+                            std::function<void(const std::string&)> note = {});
   ~InventoryBatches();
   InventoryBatches(InventoryBatches&&) noexcept;
   InventoryBatches& operator=(InventoryBatches&&) noexcept;
@@ -200,11 +209,11 @@ class InventoryBatches {
   /// first batch. A batch of several has no notes: see notes().
   /// \throws InputError also if a plot comes again after its batch
   std::optional<CheckedInventory> next();
-  /// The rows of the last batch; null if the table is one batch.
+  /// The rows of the last batch, if there is no reading ahead; null if the table is one batch.
   const std::shared_ptr<const data::TableText>& rows() const;
   /// Of all batches; 0 if the table is one batch, or is read in one pass.
   std::size_t row_count() const;
-  /// The notes on all batches read so far: after the last, those of read_inventory.
+  /// The notes on all batches read so far: on sorting and, after the last, those of read_inventory.
   std::vector<std::string> notes() const;
   /// Of these, how the file was read, as CheckedInventory::recognized.
   std::vector<std::string> recognized() const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whether whole columns of sizes are in another unit than cm and m.
+// Whether sizes of trees, in whole columns or in some plots, are in another unit than cm and m.
 #pragma once
 
 #include <span>
@@ -7,9 +7,36 @@
 #include <string_view>
 #include <vector>
 
-#include "silvafit/stand/mixed_units.hpp"
+#include "silvafit/data/table.hpp"
 
 namespace silvafit::stand {
+
+/// The values of trees that the search for other units needs.
+struct TreeSizes {
+  const data::TextColumn& plot;
+  const data::TextColumn* species = nullptr;  ///< none: all trees are compared with each other
+  std::span<const double> dbh_cm{};           ///< (N), NaN where missing
+  std::span<const double> h_m{};              ///< (N), NaN where missing
+};
+
+/// Plots whose sizes are in another unit.
+struct MixedUnits {
+  std::string dbh_unit{};  ///< mm or in; empty if dbh is right
+  std::string h_unit{};    ///< dm, cm or ft; empty if h is right
+  std::vector<std::string> plots{};
+  double slenderness = 0.0;            ///< median h/dbh of these plots, both in the same unit
+  double slenderness_of_others = 0.0;  ///< of the plots in the expected units
+};
+
+/// Finds plots in another unit by their median h/dbh, if other plots of the file have a usual one
+/// (25 to 140). Three conditions hold for such a plot: its h/dbh is unusual as written; with the
+/// other unit, its heights are near those of trees with the same species and dbh in the other
+/// plots; without it, they are far from them. Plots with fewer than three trees of known dbh and h
+/// are not tested.
+std::vector<MixedUnits> find_mixed_units(const TreeSizes& trees);
+
+/// A message with the plots and the remedy; empty if there are no such plots.
+std::string describe_mixed_units(const std::vector<MixedUnits>& mixed);
 
 /// A column of sizes of trees.
 struct SizeColumn {
@@ -18,17 +45,16 @@ struct SizeColumn {
   std::span<const double> values{};  ///< (N), NaN where missing
 };
 
-/// Refuses tables of trees some of whose plots, or whole columns, have another unit.
-/// \param trees  for find_mixed_units
-/// \throws InputError with the remedy
-void check_units_of_trees(const TreeSizes& trees,
+/// Refuses tables of trees some of whose plots, or whole columns, have another unit. Plots are
+/// compared by find_mixed_units(). Medians of columns are judged by what stands of trees can have:
+/// limits of sizes, and the height at which a stem of the dbh buckles under its own weight,
+/// 95 (dbh/m)^(2/3) m (McMahon 1973, Science 179: 1201-1204, from which no tree of 576 is higher);
+/// palms reach a quarter more (Rich 1986).
+/// \param plot, species  (N); empty: unknown
+/// \throws InputError with the conversions that make plausible trees
+void check_units_of_trees(const data::TextColumn& plot,
+                          const data::TextColumn& species,
                           const std::vector<SizeColumn>& columns,
                           const std::string& file);
-
-/// Judges medians by what stands of trees can have: limits of sizes, and the height at which a stem
-/// of the dbh buckles under its own weight, 95 (dbh/m)^(2/3) m (McMahon 1973, Science 179:
-/// 1201-1204, from which no tree of 576 is higher); palms reach a quarter more (Rich 1986). \throws
-/// InputError with the conversions that make plausible trees
-void check_size_units(const std::vector<SizeColumn>& columns, const std::string& file);
 
 }  // namespace silvafit::stand

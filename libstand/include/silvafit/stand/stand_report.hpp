@@ -78,6 +78,8 @@ struct StandReport {
 ///         structural_units and plot_windows
 StandReport stand_report(const Inventory& inventory, const StandReportOptions& options);
 
+class ReportMaker;
+
 /// stand_report() of an inventory that is read in parts of whole plots (InventoryBatches), with the
 /// same bytes. Neither trees nor windows are kept, so that memory grows with the number of plots
 /// only; trees are sorted by size on disk for the dominant heights.
@@ -99,8 +101,7 @@ class StandReportParts {
   StandReport finish(const std::string& file);
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  std::unique_ptr<ReportMaker> maker_;
 };
 
 }  // namespace silvafit::stand

@@ -104,6 +104,12 @@ std::string joined_label(const std::vector<std::string_view>& fields);
 /// The same for all rows of a table.
 data::TextColumn joined_labels(const data::Table& table, const std::vector<std::string>& columns);
 
+/// The numbers of a source in a table; texts are NaN.
+/// \throws as data::column_reference and data::numbers_of
+std::vector<double> numbers_from(const data::Table& table,
+                                 std::string_view name,
+                                 std::string_view source);
+
 /// Standard columns that a file has under another usual name, such as dbh as BHD, or in another
 /// unit, such as `DBH (mm)`, which is the source `DBH (mm)`/10. docs/inventory.md lists the names.
 /// In FIA's table TREE, columns have FIA's meaning and units. Labels may be joined_columns(). If x
@@ -123,6 +129,13 @@ std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
                                          const std::vector<std::string>& units = {},
                                          bool by_location = false,
                                          const std::vector<ColumnMapping>& mapped = {});
+
+/// The fields of a column, by position in a header: as mapped, under this name or, of our columns,
+/// a usual one. Several for a label of joined columns, none if there is no such column.
+std::vector<std::size_t> fields_of(const std::string& name,
+                                   const std::vector<std::string>& header,
+                                   const std::vector<ColumnMapping>& mapped,
+                                   const std::string& file);
 
 /// The column that says whether trees are alive: as mapped, or under a usual name; none if the file
 /// has none.

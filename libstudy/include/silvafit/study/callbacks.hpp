@@ -29,8 +29,4 @@ void give_notes(const Notes& notes, const NoteCallback& callback) {
   for (const std::string& note : notes) callback(note);
 }
 
-/// The note on files that are read plot by plot and were sorted first.
-inline constexpr char kSortedNote[] =
-    "the rows of a plot are not contiguous; the file was sorted by plot on disk";
-
 }  // namespace silvafit::study

@@ -1,12 +1,19 @@
 // SPDX-License-Identifier: MIT
-// The HTML page of a study: the bundled template, filled with the data of docs/report-data.md.
+// The data and the HTML page of a study: the bundled template, filled with the data of
+// docs/report-data.md.
 #pragma once
 
 #include <filesystem>
 #include <string>
 #include <string_view>
 
+#include "silvafit/study/catalogue.hpp"
+#include "silvafit/study/study_record.hpp"
+
 namespace silvafit::study {
+
+/// The data of the report page, as docs/report-data.md describes them.
+std::string report_data(const StudyRecord& record, const Catalogue& catalogue);
 
 /// Writes a report page, whole or not at all. The same arguments give the same bytes.
 ///

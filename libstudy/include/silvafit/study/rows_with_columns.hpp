@@ -6,6 +6,7 @@
 #include <functional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/table.hpp"
@@ -34,6 +35,11 @@ void write_rows_with_columns(const data::TableSource& in,
                              const AddedColumns& columns,
                              const ReadingSettings& reading,
                              const RecordSink& sink);
+
+/// \throws InputError if a file has a column of one of these names already
+void refuse_known_columns(const std::vector<std::string>& names,
+                          const std::vector<std::string>& header,
+                          const std::string& file);
 
 /// The number rounded to so many significant digits, without zeros at its end; with 17 the shortest
 /// text that reads back as the same number.

@@ -13,6 +13,7 @@
 #include "silvafit/base/enum_words.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/likelihood_ratio.hpp"
 #include "silvafit/study/callbacks.hpp"
 #include "silvafit/study/catalogue.hpp"
 
@@ -73,13 +74,6 @@ struct StudyOptions {
   unsigned threads = 0;  ///< 0: as many as there are cores
 };
 
-/// A likelihood-ratio test against the simpler model of the same level.
-struct LikelihoodRatioTest {
-  double statistic = 0.0;
-  int degrees_of_freedom = 0;
-  double p = 1.0;
-};
-
 /// Accuracy of a candidate's predictions for plots that were left out of its fit.
 struct CrossValidated {
   double rmse = 0.0;            ///< NaN where no fold converged
@@ -93,7 +87,7 @@ struct CrossValidated {
 struct Candidate {
   std::vector<std::string> terms{};  ///< level 2: sub-models; level 3: random coefficients
   fit::FittedModel fit;
-  std::optional<LikelihoodRatioTest> test{};
+  std::optional<fit::NestedTest> test{};  ///< against the simpler model of the level
   std::optional<CrossValidated> cross_validated{};
   int rank = 0;  ///< from 1 by the level's criterion; 0 if it did not converge
   bool chosen = false;

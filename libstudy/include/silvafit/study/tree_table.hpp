@@ -52,7 +52,6 @@ struct RepeatCounts {
   std::string first_copy{};  ///< where it is, for the note
   std::size_t others = 0;    ///< with other values
 
-  void add(const RepeatCounts& part);
   std::vector<std::string> notes() const;
 };
 
@@ -63,7 +62,6 @@ struct RepeatedTreeCounts {
   std::size_t others = 0;    ///< another tree, which gets a new number
   std::string first_other{};
 
-  void add(const RepeatedTreeCounts& part);
   std::vector<std::string> notes() const;
 };
 
@@ -117,12 +115,5 @@ ObservedTable read_model_table(const data::TableSource& source,
                                const ReadingSettings& settings,
                                const ModelColumns& columns,
                                const NoteCallback& note = {});
-
-/// The fields of one of our columns, by position in a header: as the settings map it, or under a
-/// usual name; several for a label of joined columns, none if there is no such column.
-std::vector<std::size_t> fields_of(const std::string& name,
-                                   const std::vector<std::string>& header,
-                                   const ReadingSettings& settings,
-                                   const std::string& file);
 
 }  // namespace silvafit::study

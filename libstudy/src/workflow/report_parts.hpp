@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
-// What the first part of a report shows.
+// What a report shows besides fits: the stand, height curves, and decisions as sentences.
 #pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "silvafit/study/catalogue.hpp"
 #include "silvafit/study/study_record.hpp"
@@ -17,5 +21,10 @@ void add_stand(const stand::StructuralUnitOptions& units,
 /// Height curves of the species of an inventory with enough measured trees, by least squares.
 std::vector<HeightCurve> height_curves_of(const stand::Inventory& inventory,
                                           const Catalogue& catalogue);
+
+using Decisions = std::vector<std::pair<std::string, std::string>>;
+
+/// The decisions before fitting, and the rule by which each level chose.
+Decisions decisions_of(const StudyRecord& record);
 
 }  // namespace silvafit::study
