@@ -77,10 +77,7 @@ struct Minima {
 double rounding_of(const ProjectedModel& projected, const Descent& descent) {
   constexpr double kLeast = 1e-8;
   constexpr double kDigits = 8.0 * std::numeric_limits<double>::epsilon();
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd jacobian;
-  projected.model().evaluate(descent.coefficients, mean, &jacobian, workspace);
+  const MatrixXd jacobian = projected.model().curve_at(descent.coefficients).jacobian;
   const VectorXd nonlinear = projected.nonlinear_part(descent.coefficients);
   const double moved =
       kDigits * (jacobian(Eigen::all, projected.split().nonlinear) * nonlinear.asDiagonal()).norm();
@@ -256,8 +253,7 @@ LeastSquaresFit empty_fit(const NonlinearModel& model) {
 /// A model whose coefficients are all held.
 LeastSquaresFit evaluated(const NonlinearModel& model) {
   LeastSquaresFit fit = empty_fit(model);
-  NonlinearModel::Workspace workspace;
-  model.evaluate(fit.estimate, fit.fitted, nullptr, workspace);
+  fit.fitted = model.mean_at(fit.estimate);
   if (!fit.fitted.allFinite()) {
     fit.convergence = no_start();
     return fit;
@@ -335,10 +331,7 @@ VectorXd spread_constants(const NonlinearModel& model,
                           const NonlinearModel& pooled,
                           const VectorXd& constants) {
   VectorXd coefficients = VectorXd::Zero(model.coefficient_count());
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd weights;
-  pooled.evaluate(constants, mean, &weights, workspace);
+  const MatrixXd weights = pooled.curve_at(constants).jacobian;
   for (Index k = 0; k < constants.size(); ++k) {
     std::vector<Index> members = model.design().coefficients_of(k);
     std::erase_if(members, [&](Index j) { return j >= coefficients.size(); });

@@ -91,10 +91,7 @@ MatrixXd residual_curvature(const NonlinearModel& model,
 }
 
 MatrixXd least_squares_hessian(const NonlinearModel& model, const VectorXd& coefficients) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd jacobian;
-  model.evaluate(coefficients, mean, &jacobian, workspace);
+  const auto [mean, jacobian] = model.curve_at(coefficients);
   return jacobian.transpose() * jacobian -
          residual_curvature(model, coefficients, model.response() - mean);
 }

@@ -21,24 +21,17 @@ double change_without(const NonlinearModel& model,
                       const VectorXd& coefficients,
                       Index coefficient,
                       const VectorXd& units) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  VectorXd mean_without;
   VectorXd without = coefficients;
   without[coefficient] = 0.0;
-  model.evaluate(coefficients, mean, nullptr, workspace);
-  model.evaluate(without, mean_without, nullptr, workspace);
-  const double change = (mean_without - mean).cwiseQuotient(units).norm();
+  const VectorXd moved = model.mean_at(without) - model.mean_at(coefficients);
+  const double change = moved.cwiseQuotient(units).norm();
   return std::isfinite(change) ? change : std::numeric_limits<double>::infinity();
 }
 
 /// Coefficients so large that small changes do not affect the mean, although the mean depends on
 /// them: they approach a limit that the formula has at infinity only.
 std::vector<Index> saturated(const NonlinearModel& model, const NewtonPoint& point) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  Eigen::MatrixXd jacobian;
-  model.evaluate(point.coefficients, mean, &jacobian, workspace);
+  const Eigen::MatrixXd jacobian = model.curve_at(point.coefficients).jacobian;
   std::vector<Index> result;
   for (Index j = 0; j < jacobian.cols(); ++j) {
     const double effect = jacobian.col(j).norm() * std::abs(point.coefficients[j]);
@@ -80,13 +73,10 @@ std::vector<Index> undetermined(const NonlinearModel& model,
 bool is_identifiable(const NonlinearModel& model) {
   ProjectedModel projected(model);
   const CandidatePoints points(model, projected.size());
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  Eigen::MatrixXd jacobian;
   constexpr std::size_t kPoints = 64;
   for (std::size_t number = 1; number <= kPoints; ++number) {
     if (!projected.evaluate(points(number))) continue;
-    model.evaluate(projected.coefficients(), mean, &jacobian, workspace);
+    const Eigen::MatrixXd jacobian = model.curve_at(projected.coefficients()).jacobian;
     if (jacobian.allFinite() && numerical_rank(jacobian) == jacobian.cols()) return true;
   }
   return false;
@@ -120,10 +110,7 @@ void conclude_confounded(const NonlinearModel& model,
 
 /// Coefficients that are distinguished by small digits of the Jacobian only.
 std::vector<Index> nearly_confounded(const NonlinearModel& model, const NewtonPoint& point) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  Eigen::MatrixXd jacobian;
-  model.evaluate(point.coefficients, mean, &jacobian, workspace);
+  const Eigen::MatrixXd jacobian = model.curve_at(point.coefficients).jacobian;
   if (!jacobian.allFinite()) return {};
   return JacobianFactors(jacobian, JacobianFactors::kNearTolerance).confounded();
 }

@@ -399,11 +399,8 @@ void check_domain(const NonlinearModel& model) {
   constexpr std::size_t kPoints = 64;
   const CandidatePoints points(model, model.coefficient_count());
   std::vector<bool> never_finite(static_cast<std::size_t>(model.observations()), true);
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  Eigen::MatrixXd jacobian;
   for (std::size_t number = 1; number <= kPoints; ++number) {
-    model.evaluate(points(number), mean, &jacobian, workspace);
+    const auto [mean, jacobian] = model.curve_at(points(number));
     for (Index i = 0; i < mean.size(); ++i) {
       if (std::isfinite(mean[i]) && jacobian.row(i).allFinite()) {
         never_finite[static_cast<std::size_t>(i)] = false;

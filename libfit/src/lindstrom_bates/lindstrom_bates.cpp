@@ -59,11 +59,7 @@ constexpr double kNearDependence = 1e-4;
 
 /// M of the frame of coefficients of each group; empty where it is the identity.
 MatrixXd mixing_at(const NonlinearModel& model, const MatrixXd& coefficients) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd jacobian;
-  model.evaluate(coefficients, mean, &jacobian, workspace);
-  return shared_frame(model, std::move(jacobian), 1.0).mixing();
+  return shared_frame(model, model.curve_at(coefficients).jacobian, 1.0).mixing();
 }
 
 VarianceData residual_data(const NonlinearModel& model, bool is_correlated) {

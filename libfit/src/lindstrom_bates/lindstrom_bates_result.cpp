@@ -116,8 +116,7 @@ MixedEffectsFit LindstromBates::result(const LindstromBatesOutcome& outcome) {
       static_cast<int>(p + random_parameter_count() + variance_.parameter_count()) + 1;
   fit.observations = model_.observations();
   fit.fitted_conditional = at.mean;
-  NonlinearModel::Workspace workspace;
-  model_.evaluate(fit.estimate, fit.fitted_population, nullptr, workspace);
+  fit.fitted_population = model_.mean_at(fit.estimate);
   if (at.weight.size() > 0) {
     fit.residual_sd = sigma * at.weight.rsqrt();
   } else {

@@ -150,11 +150,8 @@ bool is_same_start(const VectorXd& a, const VectorXd& b) {
 /// Whether coefficients give about the same curve as the pooled fit, so that the search from there
 /// would have the same result.
 bool has_same_curve(const NonlinearModel& model, const VectorXd& pooled, const VectorXd& other) {
-  NonlinearModel::Workspace workspace;
   const auto squares = [&](const VectorXd& coefficients) {
-    VectorXd mean;
-    model.evaluate(coefficients, mean, nullptr, workspace);
-    return (model.response() - mean).squaredNorm();
+    return (model.response() - model.mean_at(coefficients)).squaredNorm();
   };
   constexpr double kMuchWorse = 2.0;
   return squares(other) <= kMuchWorse * squares(pooled);
@@ -162,10 +159,7 @@ bool has_same_curve(const NonlinearModel& model, const VectorXd& pooled, const V
 
 /// The reason why penalized least squares found no first step.
 Convergence why_no_step(const NonlinearModel& model, const VectorXd& start) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd jacobian;
-  model.evaluate(start, mean, &jacobian, workspace);
+  const auto [mean, jacobian] = model.curve_at(start);
   Convergence result;
   if (is_exact(model, (model.response() - mean).squaredNorm())) {
     result.conclude(ConvergenceStatus::kNoMaximum, {.kind = Finding::Kind::kPerfectByFixedEffects});

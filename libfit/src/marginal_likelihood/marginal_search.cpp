@@ -73,10 +73,7 @@ void MarginalSearch::try_fit(const MixedEffectsFit& fit) {
 }
 
 void MarginalSearch::try_pooled(const VectorXd& beta) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  model_.evaluate(beta, mean, nullptr, workspace);
-  const double residual_sd = std::sqrt((model_.response() - mean).squaredNorm() /
+  const double residual_sd = std::sqrt((model_.response() - model_.mean_at(beta)).squaredNorm() /
                                        static_cast<double>(model_.observations()));
   for (const double spread : {0.3, 0.03, 1.0}) {
     try_spread(beta, residual_sd, spread);
@@ -93,10 +90,7 @@ double MarginalSearch::value_of(const MixedEffectsFit& fit) {
 }
 
 bool MarginalSearch::is_out_of_scale(const MixedEffectsFit& fit) const {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd jacobian;
-  model_.evaluate(fit.estimate, mean, &jacobian, workspace);
+  auto [mean, jacobian] = model_.curve_at(fit.estimate);
   jacobian *= coordinates_.layout().frame().beta;
   const Eigen::ArrayXd ratio = jacobian.colwise().norm() / (model_.response() - mean).norm();
   constexpr double kUnsuitable = 4.0;
@@ -352,9 +346,8 @@ void fill_in_fitted(const NonlinearModel& model,
                     double scale,
                     const VectorXd& parameters,
                     MixedEffectsFit& fit) {
-  NonlinearModel::Workspace workspace;
-  model.evaluate(fit.estimate, fit.fitted_population, nullptr, workspace);
-  model.evaluate(group_coefficients(model, fit), fit.fitted_conditional, nullptr, workspace);
+  fit.fitted_population = model.mean_at(fit.estimate);
+  fit.fitted_conditional = model.mean_at(group_coefficients(model, fit));
   const ResidualScale residual = variance.scale(fit.fitted_conditional, parameters, false);
   fit.residual_sd = scale * residual.weight.rsqrt();
   fit.floored_variances = variance.floored(fit.fitted_conditional);

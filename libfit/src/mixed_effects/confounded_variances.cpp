@@ -127,10 +127,7 @@ class Components {
   /// (N x p) the Jacobian of the mean in residual standard deviations, computed with only one
   /// matrix as long as the data.
   MatrixXd weighted_jacobian() const {
-    NonlinearModel::Workspace workspace;
-    VectorXd mean;
-    MatrixXd jacobian;
-    model_.evaluate(point_.coefficients, mean, &jacobian, workspace);
+    MatrixXd jacobian = model_.curve_at(point_.coefficients).jacobian;
     for (Index j = 0; j < jacobian.cols(); ++j) {
       jacobian.col(j) = jacobian.col(j).cwiseProduct(point_.residual_sd.cwiseInverse());
     }

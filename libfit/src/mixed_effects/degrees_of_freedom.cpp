@@ -182,11 +182,7 @@ FixedFreedom fixed_freedom(const NonlinearModel& model,
 FixedFreedom fixed_freedom_at(const NonlinearModel& model,
                               const VectorXd& coefficients,
                               const std::vector<double>& units) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd jacobian;
-  model.evaluate(coefficients, mean, &jacobian, workspace);
-  return fixed_freedom(model, jacobian, units);
+  return fixed_freedom(model, model.curve_at(coefficients).jacobian, units);
 }
 
 }  // namespace silvafit::fit

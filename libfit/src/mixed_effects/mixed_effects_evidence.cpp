@@ -49,10 +49,7 @@ struct Confounded {
 std::vector<Index> confounded_at(const NonlinearModel& model,
                                  const MatrixXd& coefficients,
                                  double tolerance = JacobianFactors::kRankTolerance) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd jacobian;
-  model.evaluate(coefficients, mean, &jacobian, workspace);
+  MatrixXd jacobian = model.curve_at(coefficients).jacobian;
   jacobian.conservativeResize(Eigen::NoChange, model.coefficient_count());
   // All coefficients are held.
   if (jacobian.cols() == 0 || !jacobian.allFinite()) return {};

@@ -223,10 +223,7 @@ template <typename MakeFrame>
 CoefficientFrame made_at(const NonlinearModel& model,
                          const VectorXd& coefficients,
                          const MakeFrame& make) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd jacobian;
-  model.evaluate(model.extended(coefficients), mean, &jacobian, workspace);
+  auto [mean, jacobian] = model.curve_at(model.extended(coefficients));
   const double length = (model.response() - mean).norm();
   return make(model, std::move(jacobian), std::isfinite(length) && length > 0.0 ? length : 1.0);
 }

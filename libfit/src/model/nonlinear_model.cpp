@@ -475,6 +475,22 @@ void NonlinearModel::evaluate(const Eigen::Ref<const Eigen::MatrixXd>& coefficie
   });
 }
 
+Eigen::VectorXd NonlinearModel::mean_at(
+    const Eigen::Ref<const Eigen::MatrixXd>& coefficients) const {
+  Workspace workspace;
+  Eigen::VectorXd mean;
+  evaluate(coefficients, mean, nullptr, workspace);
+  return mean;
+}
+
+NonlinearModel::Curve NonlinearModel::curve_at(
+    const Eigen::Ref<const Eigen::MatrixXd>& coefficients) const {
+  Workspace workspace;
+  Curve result;
+  evaluate(coefficients, result.mean, &result.jacobian, workspace);
+  return result;
+}
+
 void NonlinearModel::evaluate_rows(const Eigen::Ref<const Eigen::MatrixXd>& coefficients,
                                    Index begin,
                                    Index rows,

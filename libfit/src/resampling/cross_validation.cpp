@@ -99,11 +99,7 @@ FoldPrediction fold_from(std::string_view bytes) {
 /// \param rows  of one fold, in the order of the table; the model sorts them by its own groups
 VectorXd log_densities(const FittedModel& fit, const data::Table& rows, const Prediction& at) {
   const NonlinearModel model(fit.specification, rows);
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd slopes;
-  model.evaluate(fit.estimate, mean, &slopes, workspace);
-  const VectorXd effects = variance_of_effects(fit, model, slopes);
+  const VectorXd effects = variance_of_effects(fit, model, model.curve_at(fit.estimate).jacobian);
   VectorXd result = VectorXd::Constant(at.value.size(), kNaN);
   for (Index i = 0; i < model.observations(); ++i) {
     const auto row = static_cast<Index>(model.rows()[static_cast<std::size_t>(i)]);

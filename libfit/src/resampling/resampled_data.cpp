@@ -58,9 +58,7 @@ Resampled ParametricDraw::draw(Random& random) const {
     coefficients = fit_.estimate.replicate(1, model_.group_count());
     add_group_effects(model_, model_.random_coefficients(), effects, coefficients);
   }
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  model_.evaluate(coefficients, mean, nullptr, workspace);
+  const VectorXd mean = model_.mean_at(coefficients);
   const VectorXd deviation = fit_.residual_sd(mean, table_);
   VectorXd errors(mean.size());
   for (double& error : errors) error = random.normal();

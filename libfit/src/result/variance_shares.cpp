@@ -21,10 +21,7 @@ VectorXd variance_of_effects(const FittedModel& fit,
 VarianceShares variance_shares(const FittedModel& fit,
                                const NonlinearModel& model,
                                const VectorXd& residual_sd) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd slopes;
-  model.evaluate(model.extended(fit.estimate), mean, &slopes, workspace);
+  const auto [mean, slopes] = model.curve_at(model.extended(fit.estimate));
   const double rows = static_cast<double>(model.observations());
   const double fixed = (mean.array() - mean.mean()).square().sum() / (rows - 1.0);
   const double random = variance_of_effects(fit, model, slopes).mean();

@@ -117,10 +117,7 @@ void add_shared_statistics(const SharedModel& shared,
   const ArrayXd response = model.response().array();
   const ArrayXd population = response - local.fitted_population.array();
   const ArrayXd conditional = response - local.fitted_conditional.array();
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd slopes;
-  model.evaluate(model.extended(fit.estimate), mean, &slopes, workspace);
+  const auto [mean, slopes] = model.curve_at(model.extended(fit.estimate));
   MatrixXd columns(model.observations(), 10);
   columns << ArrayXd::Ones(response.size()), response, population, population.abs(),
       population.square(), conditional, conditional.abs(), conditional.square(), mean,

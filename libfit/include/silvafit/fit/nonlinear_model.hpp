@@ -144,6 +144,13 @@ class NonlinearModel {
                 Eigen::VectorXd& mean,
                 Eigen::MatrixXd* jacobian,
                 Workspace& workspace) const;
+  /// The same for a single call.
+  Eigen::VectorXd mean_at(const Eigen::Ref<const Eigen::MatrixXd>& coefficients) const;
+  struct Curve {
+    Eigen::VectorXd mean{};
+    Eigen::MatrixXd jacobian{};
+  };
+  Curve curve_at(const Eigen::Ref<const Eigen::MatrixXd>& coefficients) const;
 
   /// True if the second derivative of f by the coefficients (i, j) is zero for all data: a
   /// coefficient with (j, j) zero enters linearly, and two such enter jointly linearly if (i, j) is
