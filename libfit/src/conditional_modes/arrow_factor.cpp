@@ -3,12 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
 
 /// Overwrites a symmetric matrix by its lower Cholesky factor, zeros above; false if it has none.
 /// The factors of the determinant are multiplied as long as possible, which saves logarithms.
@@ -74,7 +73,7 @@ bool ArrowFactor::compute(const GroupPriors& priors,
   resize(priors.design(first).shared, priors.design(first).own(), curvatures.cols());
   product_ = 1.0;
   log_determinant_ = 0.0;
-  smallest_pivot_ = std::numeric_limits<double>::infinity();
+  smallest_pivot_ = kInfinity;
   Map complement(group(m_), s_, s_);
   complement.setZero();
   complement.diagonal().setConstant(1.0 + ridge);

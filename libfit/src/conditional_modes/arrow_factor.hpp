@@ -2,10 +2,10 @@
 // The factorized Hessian of the random effects of one cluster of nested groups.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "conditional_modes/group_priors.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

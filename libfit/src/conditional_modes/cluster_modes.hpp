@@ -2,12 +2,12 @@
 // The modes of the random effects of some clusters given the data.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "conditional_modes/effect_factor.hpp"
 #include "conditional_modes/effect_layout.hpp"
 #include "conditional_modes/observation_sums.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

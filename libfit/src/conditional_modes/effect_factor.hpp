@@ -2,12 +2,12 @@
 // The factorized Hessian of the random effects of one cluster, nested or crossed.
 #pragma once
 
-#include <Eigen/Core>
 #include <memory>
 #include <vector>
 
 #include "conditional_modes/arrow_factor.hpp"
 #include "conditional_modes/sparse_factor.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

@@ -2,12 +2,12 @@
 // The random effects of all terms and groups as one vector.
 #pragma once
 
-#include <Eigen/Core>
 #include <memory>
 #include <vector>
 
 #include "conditional_modes/sparse_factor.hpp"
 #include "model/small_matrix.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {

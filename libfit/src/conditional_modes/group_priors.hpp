@@ -2,11 +2,11 @@
 // The distribution of the random effects of groups before their data are used.
 #pragma once
 
-#include <Eigen/Core>
 #include <utility>
 #include <vector>
 
 #include "model/small_matrix.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

@@ -10,8 +10,6 @@ namespace silvafit::fit {
 namespace {
 
 using data::Expression;
-using Eigen::Index;
-using Eigen::MatrixXd;
 
 /// Never shrinks memory: if it grows again, it is filled with zeros.
 void enlarge(std::vector<double>& memory, std::size_t count) {

@@ -2,7 +2,6 @@
 // Sums of the observations' terms over the rows of each group.
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,6 +9,7 @@
 #include "conditional_modes/observation_terms.hpp"
 #include "model/row_program.hpp"
 #include "silvafit/data/program.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

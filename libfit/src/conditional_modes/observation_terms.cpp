@@ -25,7 +25,6 @@ std::string held_weight() { return "held weight"; }
 namespace {
 
 using data::Expression;
-using Eigen::Index;
 
 /// The mean f and its derivatives by the model's parameters up to the third order.
 class MeanDerivatives {

@@ -2,7 +2,7 @@
 // Gauss-Hermite quadrature over several standard normal variables.
 #pragma once
 
-#include <Eigen/Core>
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

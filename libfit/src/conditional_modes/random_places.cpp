@@ -7,8 +7,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-
 std::vector<Index> united(const std::vector<std::vector<Index>>& lists) {
   std::vector<Index> all;
   for (const std::vector<Index>& list : lists) all.insert(all.end(), list.begin(), list.end());

@@ -2,10 +2,10 @@
 // The coefficients that have random effects.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "model/small_matrix.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {

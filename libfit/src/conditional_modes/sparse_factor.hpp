@@ -2,10 +2,10 @@
 // The factorized Hessian of the random effects of one cluster of crossed groups.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "model/small_matrix.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

@@ -19,9 +19,6 @@ namespace silvafit::fit {
 namespace {
 
 using data::Expression;
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 using Values = std::map<std::string, double>;
 
 /// Values of all coefficients: of the held ones their values, of the others those given.

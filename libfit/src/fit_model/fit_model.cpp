@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <utility>
 
 #include "fit_model/constrained_fit.hpp"
@@ -33,10 +32,6 @@
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 void check_method(const ModelSpecification& specification, Method method, bool reml) {
   if (!specification.random.empty() && !is_mixed(method)) {
@@ -385,7 +380,7 @@ std::map<std::string, double> start_beyond_infinity(const NonlinearModel& model,
   if (!is_unbounded) return {};
   ProjectedModel projected(model);
   std::vector<std::pair<double, Eigen::VectorXd>> curves;  // log sum of squares, coefficients
-  double closest = std::numeric_limits<double>::infinity();
+  double closest = kInfinity;
   for (double share = 1.0; share > 1e-15; share /= 10.0) {
     Eigen::VectorXd here = fit.estimate;
     for (Index j = 0; j < here.size(); ++j) {

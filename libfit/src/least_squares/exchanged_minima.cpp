@@ -14,9 +14,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::VectorXd;
-
 Exchange identity(Index size) {
   Exchange result{.factor = VectorXd::Ones(size), .offset = VectorXd::Zero(size)};
   for (Index i = 0; i < size; ++i) result.from.push_back(i);

@@ -2,10 +2,10 @@
 // Minima at which terms of the formula are exchanged.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "least_squares/periodic_coefficients.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {

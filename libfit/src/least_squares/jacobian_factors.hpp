@@ -2,9 +2,10 @@
 // The Jacobian of the mean as orthogonal and triangular factors, and coefficients not identifiable.
 #pragma once
 
-#include <Eigen/Core>
 #include <Eigen/QR>
 #include <vector>
+
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

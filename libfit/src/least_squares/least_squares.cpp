@@ -21,10 +21,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 /// Sums of squares with a smaller relative difference belong to the same minimum.
 constexpr double kSameMinimum = 1e-10;
 /// From this number of observations on, descents begin on a sample.
@@ -68,7 +64,7 @@ std::vector<VectorXd> nearer_starts(const NonlinearModel& model,
 
 /// The lowest minimum that was found, and others.
 struct Minima {
-  Descent lowest{.sum_of_squares = std::numeric_limits<double>::infinity()};
+  Descent lowest{.sum_of_squares = kInfinity};
   std::vector<VectorXd> others{};  ///< (p) each, from low to high
 };
 
@@ -261,7 +257,7 @@ LeastSquaresFit evaluated(const NonlinearModel& model) {
   fit.sum_of_squares = (model.response() - fit.fitted).squaredNorm();
   fit.sigma = std::sqrt(fit.sum_of_squares / fit.residual_degrees_of_freedom());
   fit.log_likelihood = is_exact(model, fit.sum_of_squares)
-                           ? std::numeric_limits<double>::infinity()
+                           ? kInfinity
                            : least_squares_log_likelihood(fit.sum_of_squares, fit.observations);
   fit.convergence = {.status = ConvergenceStatus::kConverged,
                      .findings = {{.kind = Finding::Kind::kAllHeld}}};
@@ -303,8 +299,8 @@ LeastSquaresFit described(const NonlinearModel& model,
   const bool exact = is_exact(model, point.sum_of_squares);
   const double freedom = fit.residual_degrees_of_freedom();
   if (freedom > 0.0) fit.sigma = std::sqrt(point.sum_of_squares / freedom);
-  fit.log_likelihood = exact ? std::numeric_limits<double>::infinity()
-                             : least_squares_log_likelihood(point.sum_of_squares, fit.observations);
+  fit.log_likelihood =
+      exact ? kInfinity : least_squares_log_likelihood(point.sum_of_squares, fit.observations);
   if (point.finite) fit.covariance = fit.sigma * fit.sigma * point.unscaled_covariance;
   fit.convergence = judge(model, point, exact);
   fit.convergence.iterations = minimum.iterations + point.iterations;

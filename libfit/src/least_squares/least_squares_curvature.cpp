@@ -10,10 +10,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 constexpr Index kBlock = 1024;  // rows at a time
 
 /// (rows x K) values of the model's parameters.

@@ -2,8 +2,7 @@
 // The exact Hessian of a sum of squares, from symbolic second derivatives of the mean.
 #pragma once
 
-#include <Eigen/Core>
-
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {

@@ -2,9 +2,9 @@
 // The last digits of a least-squares solution, and the evidence that it is one.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {

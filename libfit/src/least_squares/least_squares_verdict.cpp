@@ -2,18 +2,15 @@
 #include "least_squares/least_squares_verdict.hpp"
 
 #include <cmath>
-#include <limits>
 
 #include "least_squares/jacobian_factors.hpp"
 #include "least_squares/variable_projection.hpp"
 #include "optimization/candidate_points.hpp"
+#include "silvafit/base/constants.hpp"
 #include "verdict/thresholds.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::VectorXd;
 
 /// The change of the mean, as a length over all observations in units of each, when a coefficient
 /// becomes zero; infinite if the mean is not defined then.
@@ -25,7 +22,7 @@ double change_without(const NonlinearModel& model,
   without[coefficient] = 0.0;
   const VectorXd moved = model.mean_at(without) - model.mean_at(coefficients);
   const double change = moved.cwiseQuotient(units).norm();
-  return std::isfinite(change) ? change : std::numeric_limits<double>::infinity();
+  return std::isfinite(change) ? change : kInfinity;
 }
 
 /// Coefficients so large that small changes do not affect the mean, although the mean depends on

@@ -2,12 +2,12 @@
 // The convergence status and findings of a least-squares fit from its evidence.
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <vector>
 
 #include "least_squares/least_squares_polish.hpp"
 #include "silvafit/fit/convergence.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {

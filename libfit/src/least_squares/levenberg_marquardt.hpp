@@ -2,9 +2,8 @@
 // Levenberg-Marquardt descents over the nonlinear coefficients.
 #pragma once
 
-#include <Eigen/Core>
-
 #include "least_squares/variable_projection.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

@@ -2,9 +2,9 @@
 // Coefficients that are locations on the axis of a column, such as b in a/(1 + exp((b - x)/c)).
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {

@@ -13,9 +13,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::VectorXd;
-
 /// Values of an expression of parameters and columns.
 class RowValues {
  public:

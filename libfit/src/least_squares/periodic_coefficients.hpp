@@ -2,10 +2,10 @@
 // Frequencies, periods and phases: coefficients within a sine or cosine.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <vector>
 
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -14,14 +13,12 @@
 #include "least_squares/location_coefficients.hpp"
 #include "least_squares/periodic_coefficients.hpp"
 #include "optimization/candidate_points.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::VectorXd;
 
 constexpr Index kSampleRows = 200;
 constexpr std::size_t kCandidatesPerCoefficient = 300;
@@ -67,7 +64,7 @@ namespace {
 struct Candidate {
   VectorXd nonlinear{};
   VectorXd coefficients{};
-  double sum_of_squares = std::numeric_limits<double>::infinity();
+  double sum_of_squares = kInfinity;
 };
 
 class StartSearch {

@@ -2,12 +2,12 @@
 // Start values of fits without start values from the user.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <map>
 #include <string>
 #include <vector>
 
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {

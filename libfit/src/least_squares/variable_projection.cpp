@@ -10,9 +10,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::VectorXd;
-
 /// Scaled columns below this share of the largest are rounding.
 constexpr double kRankTolerance = 1e-13;
 

@@ -2,9 +2,9 @@
 // Least squares in the nonlinear coefficients only, with the linear ones solved for.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {

@@ -2,11 +2,11 @@
 // Sums over the groups of a model whose residuals are correlated: those of penalized least squares.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "conditional_modes/observation_sums.hpp"
 #include "likelihood/linearization.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

@@ -2,10 +2,10 @@
 // The profile of a linear mixed model with crossed random effects.
 #pragma once
 
-#include <Eigen/Core>
 #include <functional>
 
 #include "likelihood/linear_mixed_profile.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

@@ -18,10 +18,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 // Rows of a block of clusters: their data stay in the cache while effects are searched.
 constexpr Index kRowsOfBlock = 4096;
 

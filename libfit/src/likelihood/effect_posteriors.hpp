@@ -2,11 +2,11 @@
 // Random effects of the clusters of a model at a fit's estimates, and their uncertainty.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "silvafit/fit/effect_uncertainty.hpp"
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {

@@ -4,9 +4,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-using Eigen::VectorXd;
-
 void MarginalBlock::keep(const RandomDesign& design) {
   kept_design_ = design;
   kept_modes_ = modes_.modes();

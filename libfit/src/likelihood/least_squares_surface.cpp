@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: MIT
 // The likelihood of a nonlinear mean with independent normal residuals.
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "likelihood/likelihood_surface.hpp"
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 class LeastSquaresSurface : public LikelihoodSurface {
  public:
@@ -30,7 +27,7 @@ class LeastSquaresSurface : public LikelihoodSurface {
   }
 
   double value(const VectorXd& x, VectorXd* gradient) override {
-    constexpr double kOutside = std::numeric_limits<double>::infinity();
+    constexpr double kOutside = kInfinity;
     if (!x.allFinite()) return kOutside;
     const auto n = static_cast<double>(model_.observations());
     model_.evaluate(layout_.beta(x), mean_, gradient != nullptr ? &jacobian_ : nullptr, workspace_);

@@ -2,7 +2,6 @@
 // Elimination of the random effects of one grouping from cross products, with derivatives.
 #pragma once
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "likelihood/profile_sums.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit::level_algebra {
 

@@ -17,10 +17,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 /// Coefficients of a converged fit that have no standard error are held at a value or a bound.
 std::map<std::string, double> held_by(const FittedModel& fit) {
   if (!fit.convergence.converged()) {

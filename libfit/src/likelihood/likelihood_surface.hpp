@@ -2,7 +2,6 @@
 // The likelihood that a fit maximized, as a function of all of its parameters around the estimates.
 #pragma once
 
-#include <Eigen/Core>
 #include <map>
 #include <memory>
 #include <stop_token>
@@ -13,6 +12,7 @@
 #include "model/variance_weights.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {

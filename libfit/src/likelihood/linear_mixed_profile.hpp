@@ -2,10 +2,11 @@
 // The likelihood of a linear mixed model with beta and sigma profiled out, and its exact gradient.
 #pragma once
 
-#include <Eigen/Core>
 #include <memory>
 #include <utility>
 #include <vector>
+
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

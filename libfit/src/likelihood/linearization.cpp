@@ -15,9 +15,6 @@ namespace silvafit::fit {
 namespace {
 
 using data::Expression;
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 // A block's columns, some twenty of 8 bytes a row, stay in a cache of 256 KiB.
 constexpr Index kBlockRows = 512;

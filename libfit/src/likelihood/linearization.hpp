@@ -2,7 +2,6 @@
 // The linearization of a nonlinear mixed model at a point, in one pass over the data.
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 #include <cstddef>
 #include <limits>
@@ -13,6 +12,7 @@
 #include "likelihood/linear_mixed_profile.hpp"
 #include "model/variance_weights.hpp"
 #include "silvafit/data/program.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {

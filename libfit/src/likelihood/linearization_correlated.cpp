@@ -8,10 +8,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 void Linearizer::keep_rows(const Segment& segment,
                            Index offset,
                            bool expand,

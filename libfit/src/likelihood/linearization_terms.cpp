@@ -4,9 +4,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-using Eigen::VectorXd;
-
 const NonlinearModel::Strata* Linearizer::strata_of(std::size_t quantity) const {
   const int strata = variance_.quantities()[quantity].strata;
   return strata < 0 ? nullptr : &variance_.data().strata[static_cast<std::size_t>(strata)];

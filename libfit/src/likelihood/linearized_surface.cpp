@@ -1,19 +1,15 @@
 // SPDX-License-Identifier: MIT
 // The likelihood of the linearization of the mixed model at the estimates.
 #include <cmath>
-#include <limits>
 
 #include "likelihood/likelihood_surface.hpp"
 #include "likelihood/linear_mixed_profile.hpp"
 #include "likelihood/linearization.hpp"
 #include "result/group_coefficients.hpp"
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 class LinearizedSurface : public LikelihoodSurface {
  public:
@@ -35,7 +31,7 @@ class LinearizedSurface : public LikelihoodSurface {
   }
 
   double value(const VectorXd& x, VectorXd* gradient) override {
-    constexpr double kOutside = std::numeric_limits<double>::infinity();
+    constexpr double kOutside = kInfinity;
     model_.check_stop();
     if (!x.allFinite()) return kOutside;
     const VectorXd variance = layout_.variance_part(x);

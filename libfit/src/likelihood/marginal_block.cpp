@@ -2,17 +2,10 @@
 #include "likelihood/marginal_block.hpp"
 
 #include <cmath>
-#include <limits>
+
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
-namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
-}  // namespace
-
 MarginalValue MarginalValue::zero(const MarginalPoint& point) {
   MarginalValue value{.by_beta = VectorXd::Zero(point.observation.beta.size()),
                       .by_variance = VectorXd::Zero(point.observation.variance.size())};
@@ -83,7 +76,7 @@ MarginalValue MarginalBlock::value(const MarginalPoint& point,
   MarginalValue result = MarginalValue::zero(point);
   if (!modes_.search(design, modes, effects, workspace) || !factorize_determinants(design) ||
       !has_clear_modes()) {
-    result.minus_log_likelihood = std::numeric_limits<double>::infinity();
+    result.minus_log_likelihood = kInfinity;
     return result;
   }
   if (rule_ != nullptr) {
@@ -109,8 +102,7 @@ bool MarginalBlock::find_modes(const RandomDesign& design,
   if (!modes_.search(design, modes, effects, workspace, known)) return false;
   if (!factorize_determinants(design) || !has_clear_modes()) return false;
   for (Index c = 0; c < modes_.cluster_count(); ++c) {
-    objectives[modes_.first_cluster() + c] =
-        modes_.is_known(c) ? std::numeric_limits<double>::infinity() : modes_.objective(c);
+    objectives[modes_.first_cluster() + c] = modes_.is_known(c) ? kInfinity : modes_.objective(c);
   }
   return true;
 }
@@ -194,7 +186,7 @@ void MarginalBlock::evaluate_nodes(const RandomDesign& design,
     for (Index g = 0; g < groups; ++g) {
       shares_(k, g) = std::isfinite(here(0, g))
                           ? constant - here(0, g) - 0.5 * node(g, k).squaredNorm()
-                          : -std::numeric_limits<double>::infinity();
+                          : -kInfinity;
     }
   }
   effects.middleCols(begin, groups) = at_modes;

@@ -2,13 +2,13 @@
 // The contribution of some clusters to a marginal likelihood and its gradient.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "conditional_modes/cluster_modes.hpp"
 #include "conditional_modes/quadrature_rule.hpp"
 #include "conditional_modes/random_places.hpp"
 #include "likelihood/node_scale.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

@@ -2,10 +2,9 @@
 // The parameters of a marginal likelihood as one vector of numbers of order one.
 #pragma once
 
-#include <Eigen/Core>
-
 #include "likelihood/marginal_likelihood.hpp"
 #include "likelihood/surface_layout.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

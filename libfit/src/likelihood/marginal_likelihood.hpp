@@ -3,13 +3,13 @@
 // gradient.
 #pragma once
 
-#include <Eigen/Core>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "likelihood/marginal_block.hpp"
 #include "likelihood/shared_clusters.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

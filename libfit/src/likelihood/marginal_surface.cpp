@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: MIT
 // The marginal likelihood around its maximum.
-#include <limits>
 
 #include "likelihood/integration_method.hpp"
 #include "likelihood/likelihood_surface.hpp"
 #include "likelihood/marginal_coordinates.hpp"
 #include "likelihood/marginal_likelihood.hpp"
 #include "result/estimated_terms.hpp"
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::VectorXd;
 
 class MarginalSurface : public LikelihoodSurface {
  public:
@@ -32,7 +30,7 @@ class MarginalSurface : public LikelihoodSurface {
   }
 
   double value(const VectorXd& x, VectorXd* gradient) override {
-    if (!x.allFinite()) return std::numeric_limits<double>::infinity();
+    if (!x.allFinite()) return kInfinity;
     const MarginalPoint point = coordinates_.point(x);
     // Always from the modes of the estimates, so that a value depends only on x: if a group has
     // several modes, the last search may have ended in another one.

@@ -3,10 +3,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 bool take_lower(const EffectLayout& layout,
                 const VectorXd& others,
                 const VectorXd& of_others,

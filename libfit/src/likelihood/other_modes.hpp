@@ -2,10 +2,10 @@
 // Comparison of several modes of the random effects.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "likelihood/marginal_likelihood.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

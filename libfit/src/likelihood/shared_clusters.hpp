@@ -2,10 +2,10 @@
 // Clusters of one data set on the ranks of a job.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "model/coefficient_frame.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

@@ -2,13 +2,13 @@
 // The layout of the parameters of a likelihood in one vector of numbers of order one.
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <vector>
 
 #include "model/coefficient_frame.hpp"
 #include "model/relative_factor.hpp"
 #include "model/variance_weights.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {

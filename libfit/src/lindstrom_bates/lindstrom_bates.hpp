@@ -2,7 +2,6 @@
 // The alternation of Lindstrom and Bates on one model, in coordinates of order one.
 #pragma once
 
-#include <Eigen/Core>
 #include <limits>
 #include <memory>
 #include <string>
@@ -14,6 +13,7 @@
 #include "mixed_effects/mixed_effects_evidence.hpp"
 #include "model/relative_factor.hpp"
 #include "model/variance_weights.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 
 namespace silvafit::fit {

@@ -3,16 +3,12 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <cmath>
-#include <limits>
 
 #include "lindstrom_bates/lindstrom_bates.hpp"
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 /// A covariance further inside its range, along a direction in which the likelihood increases;
 /// false if there is none.
@@ -31,7 +27,7 @@ MatrixXd inverse_information(const LinearMixedProfile& at) {
   const Index p = at.information.rows();
   const Eigen::LDLT<MatrixXd> factor(at.information);
   if (!at.is_valid || factor.info() != Eigen::Success || !factor.isPositive()) {
-    return MatrixXd::Constant(p, p, std::numeric_limits<double>::quiet_NaN());
+    return MatrixXd::Constant(p, p, kNaN);
   }
   return factor.solve(MatrixXd::Identity(p, p));
 }

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 #include <optional>
 #include <utility>
 
@@ -21,10 +20,6 @@
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 // Most converging runs need fewer passes over the data; most others never converge.
 constexpr int kPassesOfOneRun = 500;
@@ -64,8 +59,7 @@ bool is_better(const LindstromBatesOutcome& a, const LindstromBatesOutcome& b) {
 /// The log-likelihood that a fit must reach: that of the pooled fit, unless a held exponent makes
 /// it unreachable.
 double least_likelihood(const VarianceFunction& function, const PooledFit& pooled) {
-  return contains_constant(function) ? pooled.log_likelihood - kRoundedLikelihood
-                                     : -std::numeric_limits<double>::infinity();
+  return contains_constant(function) ? pooled.log_likelihood - kRoundedLikelihood : -kInfinity;
 }
 
 /// The best of several runs; a run counts as converged only if it reaches a given likelihood.

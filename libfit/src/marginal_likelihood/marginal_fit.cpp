@@ -18,8 +18,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::VectorXd;
-
 /// The result, in units of the end of the search: if the start was far away, finite differences in
 /// its units do not measure the curvature at the end.
 MixedEffectsFit result_of(MarginalSearch& search,

@@ -2,11 +2,11 @@
 // Searches of a marginal likelihood from given fits.
 #pragma once
 
-#include <Eigen/Core>
-#include <limits>
 #include <optional>
 
 #include "mixed_effects/mixed_effects_evidence.hpp"
+#include "silvafit/base/constants.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
@@ -24,7 +24,7 @@ struct MarginalEffort {
   bool is_complete = false;
   /// Log-likelihood of a known maximum: a search stops if it is below and its progress is too slow
   /// to reach it.
-  double known = -std::numeric_limits<double>::infinity();
+  double known = -kInfinity;
 };
 
 /// The end of a search.

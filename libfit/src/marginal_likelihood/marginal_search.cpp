@@ -14,13 +14,10 @@
 #include "optimization/tolerances.hpp"
 #include "result/estimated_terms.hpp"
 #include "result/group_coefficients.hpp"
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 // Newton decrement at which a search ends.
 constexpr double kConvergedDecrement = 1e-10;
@@ -83,10 +80,10 @@ void MarginalSearch::try_pooled(const VectorXd& beta) {
 
 double MarginalSearch::value_of(const MixedEffectsFit& fit) {
   const VectorXd x = coordinates_of(fit);
-  if (!x.allFinite()) return std::numeric_limits<double>::quiet_NaN();
+  if (!x.allFinite()) return kNaN;
   likelihood_.set_modes(modes_of(fit, x));
   const double value = value_at(x, nullptr);
-  return std::isfinite(value) ? -value : std::numeric_limits<double>::quiet_NaN();
+  return std::isfinite(value) ? -value : kNaN;
 }
 
 bool MarginalSearch::is_out_of_scale(const MixedEffectsFit& fit) const {
@@ -242,7 +239,7 @@ MarginalSearch::Optimum MarginalSearch::searched(const VectorXd& start) {
   // Modes are searched from those of the lowest point: those of a refused step may belong to
   // another maximum of the density of the random effects.
   const VectorXd first = likelihood_.modes();
-  double lowest = std::numeric_limits<double>::infinity();
+  double lowest = kInfinity;
   const SmoothFunction function = [&](const VectorXd& x, VectorXd* gradient) {
     if (std::isfinite(lowest)) {
       likelihood_.set_kept_modes();
@@ -259,7 +256,7 @@ MarginalSearch::Optimum MarginalSearch::searched(const VectorXd& start) {
   // After the last allowed evaluation all further steps are refused.
   const SmoothFunction objective = [&](const VectorXd& x, VectorXd* gradient) {
     check_progress(lowest);
-    return is_exhausted() ? std::numeric_limits<double>::infinity() : function(x, gradient);
+    return is_exhausted() ? kInfinity : function(x, gradient);
   };
   Optimum optimum;
   const auto minimum_from = [&](const VectorXd& x, const MatrixXd& curvature, int steps) {
@@ -274,7 +271,7 @@ MarginalSearch::Optimum MarginalSearch::searched(const VectorXd& start) {
   };
   QuasiNewtonResult found = minimum_from(start, {}, 2 * steps_);
   MatrixXd hessian;
-  double last = std::numeric_limits<double>::infinity();
+  double last = kInfinity;
   for (int round = 0; round < rounds_ && std::isfinite(found.value) && !is_too_slow_; ++round) {
     // The certificate uses the true Hessian, not that of the quasi-Newton updates.
     VectorXd gradient;
@@ -291,7 +288,7 @@ MarginalSearch::Optimum MarginalSearch::searched(const VectorXd& start) {
     if (is_exhausted() || found.is_blocked) break;
     const VectorXd lower = lower_point(optimum, certificate);
     if (lower.size() > 0) {
-      last = std::numeric_limits<double>::infinity();
+      last = kInfinity;
       found = minimum_from(lower, {}, steps_);
     } else if (optimum.decrement <= kConvergedDecrement ||
                (optimum.decrement <= kReachedDecrement && optimum.decrement > 0.5 * last)) {

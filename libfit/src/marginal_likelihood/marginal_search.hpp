@@ -2,9 +2,7 @@
 // The search of a maximum of a marginal likelihood: steps, certificate, steps from saddle points.
 #pragma once
 
-#include <Eigen/Core>
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include "likelihood/marginal_coordinates.hpp"
@@ -12,6 +10,8 @@
 #include "mixed_effects/mixed_effects_evidence.hpp"
 #include "model/variance_weights.hpp"
 #include "optimization/curvature_certificate.hpp"
+#include "silvafit/base/constants.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 
 namespace silvafit::fit {
@@ -78,8 +78,8 @@ class MarginalSearch {
   /// The end of a search.
   struct Optimum {
     Eigen::VectorXd x{};
-    double value = std::numeric_limits<double>::infinity();
-    double decrement = std::numeric_limits<double>::infinity();
+    double value = kInfinity;
+    double decrement = kInfinity;
     Eigen::VectorXd gradient{};
     Eigen::MatrixXd hessian{};
     bool is_blocked = false;  ///< whether only very short steps were possible
@@ -144,8 +144,8 @@ class MarginalSearch {
   int short_steps_ = 10;  ///< in a row that end a search
   int most_evaluations_ = 500 + 50 * static_cast<int>(coordinates_.layout().size());
   int evaluations_ = 0;
-  double known_ = std::numeric_limits<double>::infinity();  ///< value of a known minimum
-  double value_at_last_check_ = std::numeric_limits<double>::infinity();
+  double known_ = kInfinity;  ///< value of a known minimum
+  double value_at_last_check_ = kInfinity;
   int next_check_ = 0;
   bool is_too_slow_ = false;
   bool is_limited_ = false;

@@ -16,10 +16,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 /// The random effects of one grouping.
 struct GroupingCovariance {
   const std::vector<std::string>& names;

@@ -2,12 +2,12 @@
 // Boundary (singular) fits: variance components at their bounds.
 #pragma once
 
-#include <Eigen/Core>
-#include <limits>
 #include <string>
 #include <vector>
 
 #include "model/coefficient_frame.hpp"
+#include "silvafit/base/constants.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
@@ -38,7 +38,7 @@ struct PowerUse {
   bool is_absent = false;
   /// Size of the variable at the only observations for which the power matters: an exponent without
   /// bound fits as well. NaN if it matters for several sizes.
-  double only_at = std::numeric_limits<double>::quiet_NaN();
+  double only_at = kNaN;
 };
 /// Of each exponent of a factor; empty for other functions, or with a constant that is held.
 /// \param v  (N) the variable of the factor

@@ -17,10 +17,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 /// A direction of the covariance of the observations.
 struct Component {
   std::optional<std::size_t> term{};  ///< none: of the residuals

@@ -2,11 +2,11 @@
 // Variance components that are not identifiable from the data.
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <vector>
 
 #include "model/variance_weights.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {

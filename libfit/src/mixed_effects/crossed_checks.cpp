@@ -7,8 +7,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-
 void check_crossed_groups(const NonlinearModel& model) {
   if (model.crossed() == nullptr) return;
   for (std::size_t t = 0; t < model.term_count(); ++t) {

@@ -16,10 +16,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 /// Standard deviation of the response, or its size if it is constant.
 double spread_of(const VectorXd& response) {
   const auto n = static_cast<double>(response.size());

@@ -2,9 +2,9 @@
 // Degrees of freedom of the t tests of fixed effects, as in R's nlme.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {

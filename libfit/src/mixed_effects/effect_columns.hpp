@@ -2,10 +2,10 @@
 // The random effects of a term as columns, and the free directions of their covariance.
 #pragma once
 
-#include <Eigen/Core>
 #include <optional>
 #include <vector>
 
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {

@@ -16,10 +16,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 /// (columns x columns) upper triangle with the cross products of the rows.
 MatrixXd triangle_of(const MatrixXd& rows) {
   const Index columns = rows.cols();

@@ -2,8 +2,7 @@
 // The expected information on the fixed effects at the estimates of a mixed model.
 #pragma once
 
-#include <Eigen/Core>
-
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 

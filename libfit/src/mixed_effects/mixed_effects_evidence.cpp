@@ -28,10 +28,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 bool has_constant(const VarianceEstimate& variance) {
   return std::ranges::any_of(variance.factors, [](const VarianceFactorEstimate& factor) {
     return kind_of(factor.factor).has_constant();

@@ -12,10 +12,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 // A column with a relatively smaller part orthogonal to the others depends on them.
 constexpr double kDependent = 1e-11;
 // Columns of effects with a larger part orthogonal to the others need no mixing.

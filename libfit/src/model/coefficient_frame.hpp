@@ -2,9 +2,9 @@
 // Coordinates of the coefficients in which the columns of the Jacobian are orthogonal.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {

@@ -2,11 +2,11 @@
 // The groups of rows of a model whose residuals are correlated.
 #pragma once
 
-#include <Eigen/Core>
 #include <memory>
 #include <vector>
 
 #include "correlation/correlation_structure.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 #include "silvafit/fit/variance_function.hpp"
 

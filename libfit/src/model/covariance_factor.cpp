@@ -6,9 +6,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 // Eigenvalues of a correlation matrix below this are rounding.
 constexpr double kRounding = 1e-14;
 

@@ -2,7 +2,7 @@
 // Roots of covariance matrices that may be singular.
 #pragma once
 
-#include <Eigen/Core>
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

@@ -11,8 +11,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-
 NonlinearModel NonlinearModel::subset(const std::vector<Index>& observations) const {
   NonlinearModel part = *this;
   part.rows_.clear();

@@ -2,7 +2,6 @@
 // The labels of groups in fits, and their numbers.
 #pragma once
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <string>
 #include <string_view>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "silvafit/data/table.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/model_specification.hpp"
 #include "silvafit/fit/random_effects.hpp"
 

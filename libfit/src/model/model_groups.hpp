@@ -2,11 +2,11 @@
 // The groups of the terms of random effects.
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <vector>
 
 #include "silvafit/data/table.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/model_specification.hpp"
 
 namespace silvafit::fit {

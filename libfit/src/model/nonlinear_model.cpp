@@ -18,8 +18,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-
 /// All variables of the data that the model reads, except the group; the response is the first.
 std::vector<std::string> data_variables(const ModelSpecification& specification) {
   std::vector<std::string> names{specification.formula.left};

@@ -6,8 +6,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-
 /// \param group  for two groupings: " | stand"
 void add_covariance(const std::vector<std::string>& names,
                     const Eigen::MatrixXd& covariance,

@@ -3,10 +3,10 @@
 // parameters.
 #pragma once
 
-#include <Eigen/Core>
 #include <utility>
 #include <vector>
 
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/random_effects.hpp"
 
 namespace silvafit::fit {

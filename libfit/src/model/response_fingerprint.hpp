@@ -2,9 +2,10 @@
 // A fingerprint of the observations, to recognize fits to the same data.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <string>
+
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

@@ -2,7 +2,6 @@
 // Programs over the rows of data, with the sources of their inputs.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <set>
 #include <string>
@@ -11,6 +10,7 @@
 
 #include "silvafit/data/expression.hpp"
 #include "silvafit/data/program.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

@@ -7,9 +7,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 SymmetricEigen symmetric_eigen(const MatrixXd& matrix) {
   const Eigen::Index size = matrix.rows();
   if (size == 0) return {};

@@ -2,7 +2,7 @@
 // Eigenvalues and eigenvectors of symmetric matrices, checked.
 #pragma once
 
-#include <Eigen/Core>
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

@@ -14,8 +14,6 @@ namespace {
 
 using data::Expression;
 using Eigen::ArrayXd;
-using Eigen::Index;
-using Eigen::VectorXd;
 
 // Names of log|v| and 1/v of the fitted value v, with blanks, which names of columns cannot have.
 constexpr const char* kLogarithm = "log of the fitted value";

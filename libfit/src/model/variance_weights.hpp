@@ -2,7 +2,6 @@
 // Conversion of variance functions between internal parameters for optimizers and reported ones.
 #pragma once
 
-#include <Eigen/Core>
 #include <map>
 #include <memory>
 #include <string>
@@ -11,6 +10,7 @@
 #include "model/correlated_rows.hpp"
 #include "silvafit/data/expression.hpp"
 #include "silvafit/data/program.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 #include "silvafit/fit/variance_function.hpp"
 #include "variance/variance_kind.hpp"

@@ -2,10 +2,10 @@
 // Plausible values of nonlinear coefficients, derived from the scales of the data.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <vector>
 
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {

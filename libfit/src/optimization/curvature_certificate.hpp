@@ -2,7 +2,7 @@
 // Test of a minimum from the gradient and a Hessian of limited accuracy.
 #pragma once
 
-#include <Eigen/Core>
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

@@ -2,8 +2,9 @@
 // Faster convergence of a fixed-point iteration x = T(x).
 #pragma once
 
-#include <Eigen/Core>
 #include <deque>
+
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

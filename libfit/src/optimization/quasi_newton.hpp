@@ -2,8 +2,9 @@
 // Minimization of a smooth function of a few variables with exact gradients.
 #pragma once
 
-#include <Eigen/Core>
 #include <functional>
+
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

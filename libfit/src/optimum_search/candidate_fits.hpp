@@ -3,11 +3,11 @@
 #pragma once
 
 #include <cstddef>
-#include <limits>
 #include <string>
 #include <vector>
 
 #include "mixed_effects/mixed_effects_evidence.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 
 namespace silvafit::fit {
@@ -17,7 +17,7 @@ struct Candidate {
   std::string origin{};
   Obstacle obstacle{};  ///< of a fit that has not converged
   /// Log-likelihood by which fits are ranked.
-  double rank = std::numeric_limits<double>::quiet_NaN();
+  double rank = kNaN;
   bool is_followed = false;  ///< whether the marginal maximum near it was searched
 };
 

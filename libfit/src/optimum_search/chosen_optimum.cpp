@@ -9,9 +9,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::VectorXd;
-
 /// By name; `otherwise` for a coefficient without an entry.
 template <typename Value>
 Value value_of(const std::map<std::string, Value>& values,

@@ -2,11 +2,11 @@
 // Least-squares fits to single groups, as by nlsList of R's nlme.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <optional>
 #include <vector>
 
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 

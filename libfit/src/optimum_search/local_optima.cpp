@@ -4,25 +4,22 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <string_view>
 #include <utility>
 
 #include "model/symmetric_eigen.hpp"
 #include "optimization/tolerances.hpp"
 #include "optimum_search/group_fits.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/random.hpp"
 
 namespace silvafit::fit {
-
-using Eigen::Index;
-using Eigen::VectorXd;
 
 namespace {
 
 constexpr std::string_view kMaximumOrigin = "maximum of the marginal likelihood";
 constexpr Integration kFirst = Integration::kInteraction;
-constexpr double kNone = -std::numeric_limits<double>::infinity();
+constexpr double kNone = -kInfinity;
 
 /// Coefficients with fixed effects of a group that is drawn from the distribution of a fit's random
 /// effects.

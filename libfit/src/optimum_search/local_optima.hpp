@@ -2,7 +2,6 @@
 // Ends of Lindstrom and Bates' method from many starts, and maxima of the first-order likelihood.
 #pragma once
 
-#include <Eigen/Core>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +13,7 @@
 #include "optimum_search/search_evidence.hpp"
 #include "optimum_search/smaller_structures.hpp"
 #include "optimum_search/starting_points.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "mixed_effects/degenerate_fit.hpp"
@@ -15,8 +14,6 @@
 #include "verdict/thresholds.hpp"
 
 namespace silvafit::fit {
-
-using Eigen::VectorXd;
 
 MarginalMaxima::MarginalMaxima(const NonlinearModel& model,
                                const VectorXd& pooled,
@@ -164,7 +161,7 @@ void MarginalMaxima::search_longer() {
 void MarginalMaxima::finish_highest() {
   const auto place = std::ranges::max_element(maxima_, {}, [](const Candidate& candidate) {
     const double value = candidate.fit.log_likelihood;
-    return std::isnan(value) ? -std::numeric_limits<double>::infinity() : value;
+    return std::isnan(value) ? -kInfinity : value;
   });
   if (place == maxima_.end()) return;
   const Candidate start = *place;

@@ -18,9 +18,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::VectorXd;
-
 // With at least this many observations, starting points are compared on a part of the data.
 constexpr Index kManyObservations = 4000;
 

@@ -11,9 +11,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-
 RandomEffects without(const RandomEffects& random, std::size_t effect) {
   RandomEffects result = random;
   result.coefficients.erase(result.coefficients.begin() + static_cast<Index>(effect));

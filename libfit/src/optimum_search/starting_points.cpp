@@ -18,8 +18,6 @@ namespace silvafit::fit {
 namespace {
 
 using data::Expression;
-using Eigen::Index;
-using Eigen::VectorXd;
 
 /// Names of the model's parameters.
 std::vector<std::string> parameter_names(const NonlinearModel& model) {

@@ -2,13 +2,13 @@
 // Coefficients from which the search of a mixed model begins.
 #pragma once
 
-#include <Eigen/Core>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "silvafit/fit/least_squares.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 

@@ -16,10 +16,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 void check(const FittedModel& fit, SeenGroups seen) {
   if (!fit.has_random_effects()) {
     throw UsageError("the fit has no random effects to calibrate");

@@ -2,9 +2,9 @@
 // The coefficients for the predictions of the rows of a table, and their uncertainty.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/prediction.hpp"
 
 namespace silvafit::fit {

@@ -2,9 +2,8 @@
 // Means over random effects by quadrature.
 #pragma once
 
-#include <Eigen/Core>
-
 #include "prediction/row_mean.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

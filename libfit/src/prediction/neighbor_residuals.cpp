@@ -19,10 +19,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 /// Rows of one group.
 struct Neighbors {
   std::vector<Index> measured{};

@@ -2,10 +2,10 @@
 // The directions of its arguments in which a mean is nonlinear, and those in which it is linear.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "prediction/row_mean.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

@@ -18,10 +18,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 void check(const PredictionOptions& options) {
   if (options.interval && !(*options.interval > 0.0 && *options.interval < 1.0)) {
     throw UsageError(

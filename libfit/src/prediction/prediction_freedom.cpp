@@ -13,10 +13,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 // Groups with a smaller reliability in a direction give no information about it.
 constexpr double kLeastReliability = 1e-6;
 

@@ -2,11 +2,11 @@
 // Degrees of freedom of the variances of predictions.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "model/small_matrix.hpp"
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

@@ -19,10 +19,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 // Rows per block, which limits the memory.
 constexpr std::size_t kChunk = 4096;
 

@@ -2,9 +2,8 @@
 // Standard errors and intervals of predictions.
 #pragma once
 
-#include <Eigen/Core>
-
 #include "prediction/coefficient_sets.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/prediction.hpp"
 
 namespace silvafit::fit {

@@ -14,10 +14,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 // Points in the main direction if the residual is wide enough to close the gaps between them, and
 // in each other direction.
 constexpr int kMainPoints = 15;

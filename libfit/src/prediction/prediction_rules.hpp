@@ -2,9 +2,8 @@
 // Quadrature points for predictions over the errors of their arguments.
 #pragma once
 
-#include <Eigen/Core>
-
 #include "conditional_modes/quadrature_rule.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

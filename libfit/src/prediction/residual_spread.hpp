@@ -2,12 +2,12 @@
 // The residual standard deviation of rows that may lack columns of the variance function.
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <vector>
 
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

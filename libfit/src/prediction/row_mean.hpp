@@ -2,12 +2,12 @@
 // The mean function of a model on the rows of a table, for parameters that differ by row.
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <vector>
 
 #include "silvafit/data/program.hpp"
 #include "silvafit/data/table.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/model_specification.hpp"
 #include "silvafit/fit/parameter_design.hpp"
 

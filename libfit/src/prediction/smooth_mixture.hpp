@@ -3,9 +3,8 @@
 // distributions without gaps between them.
 #pragma once
 
-#include <Eigen/Core>
-
 #include "conditional_modes/quadrature_rule.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

@@ -2,12 +2,12 @@
 // Quantiles of values whose mean depends on arguments that are not known exactly.
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <vector>
 
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

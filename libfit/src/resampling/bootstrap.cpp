@@ -21,9 +21,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::VectorXd;
-
 /// In the order of the enumeration.
 
 /// The result of one replicate.

@@ -23,10 +23,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 std::string group_column(const FittedModel& fit, const CrossValidationOptions& options) {
   if (!options.group.empty()) return options.group;
   const ModelSpecification& specification = fit.specification;

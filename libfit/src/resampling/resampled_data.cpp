@@ -14,10 +14,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 MatrixXd drawn_effects(const MatrixXd& root, Index groups, Random& random) {
   MatrixXd normal(root.rows(), groups);
   for (double& value : normal.reshaped()) value = random.normal();

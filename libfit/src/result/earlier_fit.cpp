@@ -15,9 +15,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 using Kind = VarianceFactor::Kind;
 
 std::optional<VectorXd> coefficients_of(const FittedModel& earlier, const NonlinearModel& model) {

@@ -5,9 +5,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-
 std::vector<MatrixXd> effects_of(const Estimates& estimates) {
   std::vector<MatrixXd> result;
   for (const EstimatedEffects& term : estimates.random) result.push_back(term.effects);

@@ -2,10 +2,10 @@
 // The estimates of the terms of random effects of a model.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "silvafit/fit/estimates.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {

@@ -9,10 +9,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 MatrixXd correlation_of(const MatrixXd& covariance) {
   const VectorXd deviations = covariance.diagonal().cwiseSqrt();
   MatrixXd correlation = covariance;

@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "correlation/correlation_structure.hpp"
 #include "model/group_labels.hpp"
 #include "model/small_matrix.hpp"
 #include "result/intervals_json.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/json_reader.hpp"
@@ -20,7 +20,6 @@ namespace silvafit::fit {
 namespace {
 
 using data::JsonReader;
-using Eigen::Index;
 
 /// The meaning of a text of the file; errors in the text get the place of its key.
 template <class Parse>
@@ -257,7 +256,7 @@ VarianceFactorEstimate read_variance_factor(const JsonReader& json) {
     result.constant = read_by_stratum(json.at("constant"), result);
     for (Index s = 0; s < std::min(result.constant.size(), result.delta.size()); ++s) {
       const bool is_infinite = std::isnan(result.constant[s]) && std::isfinite(result.delta[s]);
-      if (is_infinite) result.constant[s] = std::numeric_limits<double>::infinity();
+      if (is_infinite) result.constant[s] = kInfinity;
     }
   }
   for (const std::string& held :

@@ -13,7 +13,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
 using nlohmann::ordered_json;
 
 constexpr const char* kSchema = "silvafit-fit/2";

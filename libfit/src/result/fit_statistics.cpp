@@ -2,9 +2,9 @@
 #include "silvafit/fit/fit_statistics.hpp"
 
 #include <cmath>
-#include <limits>
 #include <numbers>
 
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
@@ -21,8 +21,7 @@ FitStatistics fit_statistics(const Eigen::Ref<const Eigen::VectorXd>& observed,
       n > 1 ? (error - mean_error).square().sum() / static_cast<double>(n - 1) : 0.0;
   const double total = (observed.array() - observed.mean()).square().sum();
   // Equal observations have no variance to explain.
-  const double r2 =
-      total > 0.0 ? 1.0 - error.square().sum() / total : std::numeric_limits<double>::quiet_NaN();
+  const double r2 = total > 0.0 ? 1.0 - error.square().sum() / total : kNaN;
   return {.r2 = r2,
           .mean_error = mean_error,
           .rmse = std::sqrt(mean_error * mean_error + spread),
@@ -40,7 +39,7 @@ double aic(double log_likelihood, int parameters) {
 
 double aicc(double log_likelihood, int parameters, Eigen::Index observations) {
   const double spare = static_cast<double>(observations) - parameters - 1.0;
-  if (spare <= 0.0) return std::numeric_limits<double>::infinity();
+  if (spare <= 0.0) return kInfinity;
   return aic(log_likelihood, parameters) + 2.0 * parameters * (parameters + 1.0) / spare;
 }
 

@@ -10,12 +10,6 @@
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
-namespace {
-
-using Eigen::VectorXd;
-
-}  // namespace
-
 bool is_mixed(Method method) {
   return method != Method::kOrdinary && method != Method::kGeneralized;
 }

@@ -8,8 +8,6 @@
 #include "result/estimated_terms.hpp"
 
 namespace silvafit::fit {
-using Eigen::Index;
-using Eigen::MatrixXd;
 
 MatrixXd effects_by_label(const std::vector<std::string>& known_labels,
                           const MatrixXd& known_effects,

@@ -2,11 +2,11 @@
 // The random effects of each group of a model's data, as additions to the coefficients.
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <vector>
 
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 

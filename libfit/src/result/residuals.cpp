@@ -15,10 +15,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 /// Subtracts from each row of a cluster its expectation given the rows before: the rows of L^-1 e,
 /// without forming the covariance. The effects given the rows so far are normal with mean m and
 /// covariance P; those of a term are reset at the start of each of its groups.

@@ -3,10 +3,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 VectorXd variance_of_effects(const FittedModel& fit,
                              const NonlinearModel& model,
                              const MatrixXd& slopes) {

@@ -25,9 +25,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-
 Integration shared_integration(Method method) {
   if (const auto integration = integration_of(method)) return *integration;
   throw UsageError(

@@ -15,9 +15,6 @@ namespace silvafit::fit {
 namespace {
 
 using Eigen::ArrayXd;
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 std::vector<std::vector<double>> numbers_of_ranks(const std::vector<double>& own) {
   std::string bytes;

@@ -15,8 +15,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-
 /// Below the smallest difference of doubles near 1, p-values are noise.
 std::string p_text(double value) {
   constexpr double kNoise = 2e-16;

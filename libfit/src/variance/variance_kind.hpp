@@ -3,13 +3,13 @@
 // them.
 #pragma once
 
-#include <Eigen/Core>
 #include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "silvafit/data/expression.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/variance_function.hpp"
 
 namespace silvafit::fit {

@@ -2,13 +2,13 @@
 // The estimates of all methods: coefficients, random effects, variances, and their evidence.
 #pragma once
 
-#include <Eigen/Core>
-#include <limits>
 #include <string>
 #include <vector>
 
+#include "silvafit/base/constants.hpp"
 #include "silvafit/fit/convergence.hpp"
 #include "silvafit/fit/effect_uncertainty.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/variance_function.hpp"
 
 namespace silvafit::fit {
@@ -20,7 +20,7 @@ struct LocalOptimum {
   double log_likelihood = 0.0;  ///< of the method
   /// Of Lindstrom and Bates' method: the likelihood at these estimates by Laplace's method, or by
   /// FOCEI if Laplace's is not valid for all fixed points; else NaN.
-  double marginal_log_likelihood = std::numeric_limits<double>::quiet_NaN();
+  double marginal_log_likelihood = kNaN;
 };
 
 /// The estimated random effects of one term: q coefficients, G groups.

@@ -2,7 +2,7 @@
 // Agreement of predictions with observations.
 #pragma once
 
-#include <Eigen/Core>
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

@@ -2,12 +2,12 @@
 // Nonlinear mixed-effects models, and generalized least squares as the case without random effects.
 #pragma once
 
-#include <Eigen/Core>
 #include <functional>
 #include <string>
 #include <vector>
 
 #include "silvafit/fit/estimates.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {

@@ -2,7 +2,6 @@
 // A model with data: complete rows, sorted by group, and the mean with its derivatives.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -17,6 +16,7 @@
 #include "silvafit/base/stop.hpp"
 #include "silvafit/data/program.hpp"
 #include "silvafit/data/table.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/model_specification.hpp"
 #include "silvafit/fit/parameter_design.hpp"
 
