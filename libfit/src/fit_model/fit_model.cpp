@@ -90,13 +90,12 @@ FitResult described(const NonlinearModel& model, Method method, const FitModelOp
   fit.observations = model.observations();
   fit.excluded = static_cast<Index>(model.excluded());
   fit.response_fingerprint = response_fingerprint(model.response());
-  fit.coefficient_names = model.coefficient_names();
   fit.ranges = ranges_of(model);
   for (const auto& [column, labels] : model.levels()) {
     fit.levels.push_back({.column = column, .labels = {labels.begin(), labels.end()}});
   }
-  fit.variance = VarianceEstimate::missing(model.specification().variance);
-  fit.random = missing_terms(model);
+  name_terms(model, fit);
+  fit.set_missing(model.specification());
   result.rows = model.rows();
   return result;
 }
@@ -132,8 +131,7 @@ void report_failed_start(FitResult& result, LeastSquaresFit&& least_squares) {
   take_over(result, std::move(least_squares));
   FittedModel& fit = result.fit;
   fit.covariance.setConstant(kNaN);
-  fit.sigma = kNaN;
-  fit.log_likelihood = kNaN;
+  fit.sigma = fit.log_likelihood = kNaN;
   fit.parameter_count = 0;
   fit.variance = VarianceEstimate::missing(fit.specification.variance);
   fit.convergence = {
@@ -307,19 +305,10 @@ FitResult fit_nearby(const NonlinearModel& model,
     take_over(result, *std::move(found));
     return with_statistics(std::move(result), model);
   }
-  FittedModel& fit = result.fit;
-  const Index p = model.coefficient_count();
-  fit.estimate = fit.degrees_of_freedom = VectorXd::Constant(p, kNaN);
-  fit.covariance = MatrixXd::Constant(p, p, kNaN);
-  fit.sigma = fit.log_likelihood = kNaN;
-  fit.convergence.conclude(ConvergenceStatus::kMaximumNotReached,
-                           {.kind = Finding::Kind::kNoneFromStart});
+  result.fit.convergence.conclude(ConvergenceStatus::kMaximumNotReached,
+                                  {.kind = Finding::Kind::kNoneFromStart});
   return result;
 }
-
-}  // namespace
-
-namespace {
 
 bool is_inside(const NonlinearModel& model,
                const VectorXd& point,

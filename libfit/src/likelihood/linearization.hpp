@@ -73,6 +73,13 @@ class Linearizer {
     bool is_first = true;  ///< of its group
     bool is_last = true;
   };
+  /// One linearization; see linearize().
+  struct Pass {
+    const LinearizationPoint& point;
+    bool expand;
+    const Linearization* before;
+    Linearization& result;
+  };
   /// Working memory: columns of one block.
   struct Scratch {
     Eigen::MatrixXd parameter_values{};
@@ -124,41 +131,31 @@ class Linearizer {
                        Scratch& scratch) const;
   /// The column of df/d coefficient in the current block.
   const double* slope_column(Eigen::Index coefficient, const Scratch& scratch) const;
-  void linearize_chunk(const LinearizationPoint& point,
-                       bool expand,
-                       const Linearization* before,
+  void linearize_chunk(const Pass& pass,
                        std::size_t chunk,
                        Scratch& scratch,
-                       ChunkSums& sums,
-                       Linearization& result) const;
-  void evaluate_block(const LinearizationPoint& point,
-                      bool expand,
+                       ChunkSums& sums) const;
+  void evaluate_block(const Pass& pass,
                       std::size_t first,
                       std::size_t last,
-                      Scratch& scratch,
-                      Linearization& result) const;
+                      Scratch& scratch) const;
   /// \param products  (terms x width x width) of the segment's group
   /// \param squares_before  of it
-  void add_segment(const Segment& segment,
+  void add_segment(const Pass& pass,
+                   const Segment& segment,
                    Eigen::Index block_begin,
-                   const LinearizationPoint& point,
-                   bool expand,
-                   const Linearization* before,
                    Scratch& scratch,
                    double* products,
                    double& squares_before,
-                   ChunkSums& sums,
-                   const Linearization& result) const;
-  void add_terms(const Segment& segment,
+                   ChunkSums& sums) const;
+  void add_terms(const Pass& pass,
+                 const Segment& segment,
                  Eigen::Index offset,
                  Scratch& scratch,
                  double* products,
-                 ChunkSums& sums,
-                 const Linearization& result) const;
+                 ChunkSums& sums) const;
   /// Adds the parts of groups that extend over several chunks.
-  void add_carried(const LinearizationPoint& point,
-                   const std::vector<ChunkSums>& chunks,
-                   Linearization& result) const;
+  void add_carried(const Pass& pass, const std::vector<ChunkSums>& chunks) const;
   bool is_linear(const Term& term) const;
   /// The quantities of a term's derivative, the same one twice for a first derivative.
   std::pair<std::size_t, std::size_t> quantities_of(const Term& term) const;
@@ -187,27 +184,17 @@ class Linearizer {
   void mix(const Eigen::MatrixXd& mixing, Eigen::Index rows, Scratch& scratch) const;
   /// Correlated residuals, in linearization_correlated.cpp: keeps the rows of a segment, divided by
   /// g, and sums up the products of all groups from these.
-  void keep_rows(const Segment& segment,
+  void keep_rows(const Pass& pass,
+                 const Segment& segment,
                  Eigen::Index offset,
-                 bool expand,
-                 const Scratch& scratch,
-                 const Linearization& result) const;
+                 const Scratch& scratch) const;
   /// Which of the kept factors are those of some parameters; else they take the place `free`.
   std::size_t kept_factors(const Eigen::VectorXd& parameters, std::size_t free);
-  bool add_correlated(const LinearizationPoint& point,
-                      bool expand,
-                      const Linearization* before,
-                      Linearization& result);
-  void add_correlated_group(Eigen::Index group,
-                            bool expand,
-                            const Linearization* before,
-                            Linearization& result,
-                            Eigen::VectorXd& sum_log) const;
+  bool add_correlated(const Pass& pass);
+  void add_correlated_group(const Pass& pass, Eigen::Index group, Eigen::VectorXd& sum_log) const;
   /// (n x m) the derivatives of log g of some rows by the parameters of g.
   Eigen::MatrixXd scale_slopes(const std::vector<Eigen::Index>& rows) const;
-  void finish_group(Eigen::Index group,
-                    const LinearizationPoint& point,
-                    Linearization& result) const;
+  void finish_group(const Pass& pass, Eigen::Index group) const;
   /// The range in which the series is accurate.
   void center(const Eigen::VectorXd& log_squares, Linearization& result) const;
   static void add_products(const double* weight,

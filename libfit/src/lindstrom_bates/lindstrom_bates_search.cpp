@@ -175,16 +175,13 @@ Convergence why_no_step(const NonlinearModel& model, const VectorXd& start) {
 
 MixedEffectsFit failed(const NonlinearModel& model, const VectorXd& start, Convergence reason) {
   MixedEffectsFit fit;
+  name_terms(model, fit);
+  fit.set_missing(model.specification());
   fit.estimate = start;
-  fit.covariance = MatrixXd::Constant(start.size(), start.size(), kNaN);
-  fit.random = missing_terms(model);
-  fit.sigma = kNaN;
-  fit.log_likelihood = kNaN;
   fit.observations = model.observations();
   fit.fitted_population = VectorXd::Constant(model.observations(), kNaN);
   fit.fitted_conditional = fit.fitted_population;
   fit.residual_sd = fit.fitted_population;
-  fit.variance = VarianceEstimate::missing(model.specification().variance);
   fit.convergence = std::move(reason);
   return fit;
 }

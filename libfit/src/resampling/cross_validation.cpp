@@ -194,7 +194,7 @@ FitStatistics statistics_of(const VectorXd& observed,
     if (std::isfinite(predicted[i]) && std::isfinite(where[i])) known.push_back(i);
   }
   count = known.size();
-  if (known.empty()) return {.r2 = kNaN, .mean_error = kNaN, .rmse = kNaN, .mae = kNaN};
+  if (known.empty()) return {};
   return fit_statistics(VectorXd(observed(known)), VectorXd(predicted(known)));
 }
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "result/estimated_terms.hpp"
 
-#include "silvafit/base/constants.hpp"
-
 namespace silvafit::fit {
 
 std::vector<MatrixXd> effects_of(const Estimates& estimates) {
@@ -24,17 +22,6 @@ void name_terms(const NonlinearModel& model, Estimates& estimates) {
     estimates.random[k].names = terms[k].coefficients;
     estimates.random[k].labels = model.group_labels(k);
   }
-}
-
-std::vector<EstimatedEffects> missing_terms(const NonlinearModel& model) {
-  Estimates result;
-  name_terms(model, result);
-  for (EstimatedEffects& term : result.random) {
-    const auto q = static_cast<Index>(term.names.size());
-    term.covariance = MatrixXd::Constant(q, q, kNaN);
-    term.effects = MatrixXd::Constant(q, static_cast<Index>(term.labels.size()), kNaN);
-  }
-  return result.random;
 }
 
 }  // namespace silvafit::fit

@@ -17,7 +17,5 @@ std::vector<Eigen::MatrixXd> covariances_of(const Estimates& estimates);
 
 /// Sets names and labels of a model's terms. Values are unchanged.
 void name_terms(const NonlinearModel& model, Estimates& estimates);
-/// The terms of a model with missing values.
-std::vector<EstimatedEffects> missing_terms(const NonlinearModel& model);
 
 }  // namespace silvafit::fit

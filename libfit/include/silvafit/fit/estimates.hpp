@@ -9,6 +9,7 @@
 #include "silvafit/fit/convergence.hpp"
 #include "silvafit/fit/effect_uncertainty.hpp"
 #include "silvafit/fit/matrices.hpp"
+#include "silvafit/fit/model_specification.hpp"
 #include "silvafit/fit/variance_function.hpp"
 
 namespace silvafit::fit {
@@ -77,6 +78,10 @@ struct Estimates {
   Eigen::VectorXd t_values() const;
   /// p-value of the two-sided t test of each coefficient against zero.
   Eigen::VectorXd p_values() const;
+
+  /// Gives a fit without a result the coefficients and terms of a specification, with missing
+  /// values. Labels of groups are kept.
+  void set_missing(const ModelSpecification& specification);
 };
 
 }  // namespace silvafit::fit
