@@ -159,18 +159,12 @@ void compute_statistics(FitResult& result, const NonlinearModel& model) {
   fit.r2_conditional = shares.conditional;
 }
 
-MarginalOptions marginal_options(const NonlinearModel& model, const FitModelOptions& options) {
-  return {.starts = complete_starts(model, options.start),
-          .quadrature_points = options.quadrature_points,
-          .trace = options.trace};
-}
-
-MixedEffectsOptions alternation_options(const NonlinearModel& model,
-                                        const FitModelOptions& options) {
+MixedEffectsOptions mixed_options(const NonlinearModel& model, const FitModelOptions& options) {
   return {.starts = complete_starts(model, options.start),
           .maximum_iterations = options.maximum_iterations,
           .reml = options.reml,
           .is_brief = options.effort == SearchEffort::kBrief,
+          .quadrature_points = options.quadrature_points,
           .trace = options.trace};
 }
 
@@ -184,7 +178,7 @@ MixedEffectsFit fit_correlated(const NonlinearModel& model,
                                const LeastSquaresFit& pooled,
                                Method method,
                                const FitModelOptions& options) {
-  MixedEffectsOptions alternation = alternation_options(model, options);
+  MixedEffectsOptions alternation = mixed_options(model, options);
   MixedEffectsFit fit = fit_lindstrom_bates(model, pooled.estimate, alternation);
   if (model.specification().random.empty() || options.effort == SearchEffort::kBrief) return fit;
   const MixedEffectsFit independent =
@@ -203,18 +197,12 @@ MixedEffectsFit fit_mixed(const NonlinearModel& model,
   if (model.specification().correlation) return fit_correlated(model, pooled, method, options);
   const auto integration = integration_of(method);
   if (options.effort == SearchEffort::kThorough) {
-    return search_optimum(model,
-                          pooled,
-                          {.integration = integration,
-                           .linearized = alternation_options(model, options),
-                           .marginal = marginal_options(model, options),
-                           .spread_starts = options.spread_starts,
-                           .wishes = {.start = options.start, .bounds = options.bounds}});
+    return search_optimum(model, pooled, integration, mixed_options(model, options), options);
   }
   if (integration) {
-    return fit_marginal(model, pooled.estimate, *integration, marginal_options(model, options));
+    return fit_marginal(model, pooled.estimate, *integration, mixed_options(model, options));
   }
-  return fit_lindstrom_bates(model, pooled.estimate, alternation_options(model, options));
+  return fit_lindstrom_bates(model, pooled.estimate, mixed_options(model, options));
 }
 
 /// The fit that starts from an earlier one; no value if there is none, or it does not converge.
@@ -225,9 +213,9 @@ std::optional<MixedEffectsFit> fit_from_earlier(const NonlinearModel& model,
   const std::optional<MixedEffectsFit> start = as_start(*options.from, model);
   if (!start) return std::nullopt;
   if (const auto integration = integration_of(method)) {
-    return refit_marginal(model, *start, *integration, marginal_options(model, options));
+    return refit_marginal(model, *start, *integration, mixed_options(model, options));
   }
-  return refit_lindstrom_bates(model, *start, alternation_options(model, options));
+  return refit_lindstrom_bates(model, *start, mixed_options(model, options));
 }
 
 /// Start values by coefficient of the whole model; held coefficients need none. Values that the
@@ -310,15 +298,6 @@ FitResult fit_nearby(const NonlinearModel& model,
   return result;
 }
 
-bool is_inside(const NonlinearModel& model,
-               const VectorXd& point,
-               const std::map<std::string, Bounds>& bounds) {
-  return std::ranges::all_of(bounds, [&](const auto& bound) {
-    const double value = point[model.coefficient_index(bound.first)];
-    return value >= bound.second.low && value <= bound.second.high;
-  });
-}
-
 /// The best known optimum within the bounds: of the fit without bounds, of pooled least squares, or
 /// one of the same mean with exchanged coefficients.
 std::optional<VectorXd> known_point_inside(const NonlinearModel& model,
@@ -331,10 +310,10 @@ std::optional<VectorXd> known_point_inside(const NonlinearModel& model,
   std::ranges::move(pooled.other_minima, std::back_inserter(points));
   for (const VectorXd& point : points) {
     if (point.size() != model.coefficient_count() || !point.allFinite()) continue;
-    if (is_inside(model, point, bounds)) return point;
+    if (is_inside(model.coefficient_names(), point, bounds)) return point;
     for (const Exchange& exchange : exchanges(model, point, {})) {
       VectorXd other = exchange.of(point);
-      if (is_inside(model, other, bounds)) return other;
+      if (is_inside(model.coefficient_names(), other, bounds)) return other;
     }
   }
   return std::nullopt;

@@ -70,8 +70,4 @@ std::unique_ptr<LikelihoodSurface> make_surface(const SurfaceSetting& setting);
 /// The name of the likelihood that make_surface returns for a fit, for messages.
 std::string likelihood_in_words(const FittedModel& fit);
 
-std::unique_ptr<LikelihoodSurface> make_marginal_surface(const SurfaceSetting& setting);
-std::unique_ptr<LikelihoodSurface> make_linearized_surface(const SurfaceSetting& setting);
-std::unique_ptr<LikelihoodSurface> make_least_squares_surface(const SurfaceSetting& setting);
-
 }  // namespace silvafit::fit

@@ -23,7 +23,7 @@ namespace {
 MixedEffectsFit result_of(MarginalSearch& search,
                           const NonlinearModel& model,
                           Integration integration,
-                          const MarginalOptions& options,
+                          const MixedEffectsOptions& options,
                           bool is_complete) {
   MixedEffectsFit fit = search.result();
   if (!search.is_out_of_scale(fit)) return fit;
@@ -39,7 +39,7 @@ MixedEffectsFit result_of(MarginalSearch& search,
 MarginalEnd end_of(MarginalSearch& search,
                    const NonlinearModel& model,
                    Integration integration,
-                   const MarginalOptions& options,
+                   const MixedEffectsOptions& options,
                    bool is_complete) {
   MarginalEnd end{.evaluations = search.evaluations()};
   if (!search.has_optimum()) return end;
@@ -72,7 +72,7 @@ MixedEffectsFit without_modes(const NonlinearModel& model, MixedEffectsFit linea
 
 void check_marginal(const NonlinearModel& model,
                     Integration integration,
-                    const MarginalOptions& options) {
+                    const MixedEffectsOptions& options) {
   const ModelSpecification& specification = model.specification();
   if (specification.random.empty()) {
     throw UsageError(
@@ -109,7 +109,7 @@ void check_marginal(const NonlinearModel& model,
 std::optional<MixedEffectsFit> refit_marginal(const NonlinearModel& model,
                                               const MixedEffectsFit& start,
                                               Integration integration,
-                                              const MarginalOptions& options) {
+                                              const MixedEffectsOptions& options) {
   check_marginal(model, integration, options);
   std::optional<MixedEffectsFit> fit = marginal_from(model, start, integration, options).fit;
   if (!fit || !fit->convergence.converged()) return std::nullopt;
@@ -121,7 +121,7 @@ std::optional<MixedEffectsFit> refit_marginal(const NonlinearModel& model,
 MarginalEnd marginal_from(const NonlinearModel& model,
                           const MixedEffectsFit& start,
                           Integration integration,
-                          const MarginalOptions& options,
+                          const MixedEffectsOptions& options,
                           const MarginalEffort& effort) {
   MarginalSearch search(model, integration, options, start.estimate);
   if (!effort.is_complete) search.limit_search();
@@ -133,7 +133,7 @@ MarginalEnd marginal_from(const NonlinearModel& model,
 MarginalEnd marginal_from_coefficients(const NonlinearModel& model,
                                        const VectorXd& coefficients,
                                        Integration integration,
-                                       const MarginalOptions& options,
+                                       const MixedEffectsOptions& options,
                                        const MarginalEffort& effort) {
   MarginalSearch search(model, integration, options, coefficients);
   search.limit_search();
@@ -145,14 +145,14 @@ MarginalEnd marginal_from_coefficients(const NonlinearModel& model,
 double marginal_log_likelihood(const NonlinearModel& model,
                                const MixedEffectsFit& fit,
                                Integration integration,
-                               const MarginalOptions& options) {
+                               const MixedEffectsOptions& options) {
   return MarginalSearch(model, integration, options, fit.estimate).value_of(fit);
 }
 
 MixedEffectsFit fit_marginal(const NonlinearModel& model,
                              const VectorXd& start,
                              Integration integration,
-                             const MarginalOptions& options) {
+                             const MixedEffectsOptions& options) {
   check_marginal(model, integration, options);
   const MixedEffectsFit linearized = fit_lindstrom_bates(model, start, {.starts = options.starts});
   return fit_marginal_from(model, start, linearized, integration, options);
@@ -162,7 +162,7 @@ MixedEffectsFit fit_marginal_from(const NonlinearModel& model,
                                   const VectorXd& pooled,
                                   const MixedEffectsFit& linearized,
                                   Integration integration,
-                                  const MarginalOptions& options) {
+                                  const MixedEffectsOptions& options) {
   MarginalSearch search(model, integration, options, linearized.estimate);
   const bool is_first_order = !needs_curvature(integration);
   // With parameters that are not identifiable, the linear model may still be at a maximum.

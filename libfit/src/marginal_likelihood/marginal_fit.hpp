@@ -15,7 +15,7 @@ namespace silvafit::fit {
 /// \throws UsageError without random effects, or if there are too many for quadrature
 void check_marginal(const NonlinearModel& model,
                     Integration integration,
-                    const MarginalOptions& options);
+                    const MixedEffectsOptions& options);
 
 /// The extent of a search.
 struct MarginalEffort {
@@ -40,7 +40,7 @@ struct MarginalEnd {
 MarginalEnd marginal_from(const NonlinearModel& model,
                           const MixedEffectsFit& start,
                           Integration integration,
-                          const MarginalOptions& options,
+                          const MixedEffectsOptions& options,
                           const MarginalEffort& effort = {});
 
 /// The maximum of a short search from coefficients with random effects of several spreads.
@@ -48,7 +48,7 @@ MarginalEnd marginal_from(const NonlinearModel& model,
 MarginalEnd marginal_from_coefficients(const NonlinearModel& model,
                                        const Eigen::VectorXd& coefficients,
                                        Integration integration,
-                                       const MarginalOptions& options,
+                                       const MixedEffectsOptions& options,
                                        const MarginalEffort& effort = {});
 
 /// The maximum of one search from a fit, with standard errors and convergence message.
@@ -56,13 +56,13 @@ MarginalEnd marginal_from_coefficients(const NonlinearModel& model,
 std::optional<MixedEffectsFit> refit_marginal(const NonlinearModel& model,
                                               const MixedEffectsFit& start,
                                               Integration integration,
-                                              const MarginalOptions& options);
+                                              const MixedEffectsOptions& options);
 
 /// The log-likelihood at the estimates of a fit; NaN if it is not valid there.
 double marginal_log_likelihood(const NonlinearModel& model,
                                const MixedEffectsFit& fit,
                                Integration integration,
-                               const MarginalOptions& options);
+                               const MixedEffectsOptions& options);
 
 /// Fits from the end of Lindstrom and Bates' method and, if this does not converge, from the
 /// maximum of the first-order method and the pooled fit.
@@ -72,6 +72,6 @@ MixedEffectsFit fit_marginal_from(const NonlinearModel& model,
                                   const Eigen::VectorXd& pooled,
                                   const MixedEffectsFit& linearized,
                                   Integration integration,
-                                  const MarginalOptions& options);
+                                  const MixedEffectsOptions& options);
 
 }  // namespace silvafit::fit

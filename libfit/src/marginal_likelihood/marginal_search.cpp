@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "likelihood/integration_method.hpp"
-#include "likelihood/other_modes.hpp"
 #include "mixed_effects/degenerate_fit.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "optimization/quasi_newton.hpp"
@@ -32,6 +31,44 @@ VarianceData data_of(const NonlinearModel& model, const SharedClusters* shared) 
   return data;
 }
 
+/// Replaces the modes of clusters by other ones whose objective is lower by more than rounding.
+/// \param objectives  the minimized objectives: of the modes, and of the others
+/// \return            whether a mode was replaced
+bool take_lower(const EffectLayout& layout,
+                const VectorXd& others,
+                const VectorXd& of_others,
+                VectorXd& modes,
+                VectorXd& objectives) {
+  constexpr double kLower = 1e-6;
+  bool any = false;
+  for (Index c = 0; c < objectives.size(); ++c) {
+    if (!(of_others[c] < objectives[c] - kLower)) continue;
+    const Index begin = layout.begin(c);
+    const Index size = layout.begin(c + 1) - begin;
+    modes.segment(begin, size) = others.segment(begin, size);
+    objectives[c] = of_others[c];
+    any = true;
+  }
+  return any;
+}
+
+/// Further starts of the search for modes: no effects, and each effect far to either side.
+std::vector<VectorXd> other_starts(const EffectLayout& layout) {
+  const VectorXd none = VectorXd::Zero(layout.size());
+  std::vector<VectorXd> starts{none};
+  // Standard deviations.
+  for (const double side : {2.0, -2.0, 1.0, -1.0}) {
+    for (std::size_t t = layout.terms(); t-- > 0;) {
+      for (Index k = 0; k < layout.count(t); ++k) {
+        std::vector<MatrixXd> terms = layout.by_term(none);
+        terms[t].row(k).setConstant(side);
+        starts.push_back(layout.from_terms(terms));
+      }
+    }
+  }
+  return starts;
+}
+
 }  // namespace
 
 bool needs_curvature(Integration integration) {
@@ -40,7 +77,7 @@ bool needs_curvature(Integration integration) {
 
 MarginalSearch::MarginalSearch(const NonlinearModel& model,
                                Integration integration,
-                               const MarginalOptions& options,
+                               const MixedEffectsOptions& options,
                                const VectorXd& near,
                                const SharedClusters* shared)
     : model_(model),

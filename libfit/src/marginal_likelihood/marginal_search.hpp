@@ -39,7 +39,7 @@ class MarginalSearch {
   /// \param shared  the model's clusters among those of all ranks; null: they are all
   MarginalSearch(const NonlinearModel& model,
                  Integration integration,
-                 const MarginalOptions& options,
+                 const MixedEffectsOptions& options,
                  const Eigen::VectorXd& near,
                  const SharedClusters* shared = nullptr);
 
@@ -133,7 +133,7 @@ class MarginalSearch {
 
   const NonlinearModel& model_;
   const SharedClusters* shared_;
-  const MarginalOptions& options_;
+  const MixedEffectsOptions& options_;
   Integration integration_;
   VarianceModel variance_;
   MarginalLikelihood likelihood_;

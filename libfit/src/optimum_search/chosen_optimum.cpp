@@ -18,17 +18,6 @@ Value value_of(const std::map<std::string, Value>& values,
   return found == values.end() ? otherwise : found->second;
 }
 
-bool is_inside(const std::vector<std::string>& names,
-               const VectorXd& estimate,
-               const std::map<std::string, Bounds>& bounds) {
-  for (std::size_t j = 0; j < names.size(); ++j) {
-    const Bounds range = value_of(bounds, names[j], Bounds{});
-    const double value = estimate[static_cast<Index>(j)];
-    if (!(value >= range.low && value <= range.high)) return false;
-  }
-  return true;
-}
-
 /// Sum of the differences from the start values, relative to the sizes of both.
 double distance(const std::vector<std::string>& names,
                 const VectorXd& estimate,
@@ -45,7 +34,7 @@ double distance(const std::vector<std::string>& names,
 /// The estimates of a fit for the coefficients with start values.
 std::map<std::string, double> of_start(const std::vector<std::string>& names,
                                        const Candidate& candidate,
-                                       const CoefficientWishes& wishes) {
+                                       const FitModelOptions& wishes) {
   std::map<std::string, double> result;
   for (std::size_t j = 0; j < names.size(); ++j) {
     if (wishes.start.contains(names[j])) {
@@ -64,10 +53,21 @@ bool has_same_curves(const MixedEffectsFit& a, const MixedEffectsFit& b) {
 
 }  // namespace
 
+bool is_inside(const std::vector<std::string>& names,
+               const VectorXd& estimate,
+               const std::map<std::string, Bounds>& bounds) {
+  for (std::size_t j = 0; j < names.size(); ++j) {
+    const Bounds range = value_of(bounds, names[j], Bounds{});
+    const double value = estimate[static_cast<Index>(j)];
+    if (!(value >= range.low && value <= range.high)) return false;
+  }
+  return true;
+}
+
 const Candidate& chosen_optimum(const std::vector<std::string>& names,
                                 const std::vector<Candidate>& candidates,
                                 const Candidate& best,
-                                const CoefficientWishes& wishes) {
+                                const FitModelOptions& wishes) {
   std::vector<const Candidate*> possible;
   for (const Candidate& candidate : candidates) {
     if (!candidate.fit.convergence.converged()) continue;

@@ -18,7 +18,7 @@ namespace silvafit::fit {
 MarginalMaxima::MarginalMaxima(const NonlinearModel& model,
                                const VectorXd& pooled,
                                Integration integration,
-                               const MarginalOptions& options,
+                               const MixedEffectsOptions& options,
                                const LocalOptima& found)
     : model_(model),
       pooled_(pooled),
@@ -116,7 +116,7 @@ void MarginalMaxima::compare_with(const SmallerStructure& smaller) {
   MarginalEffort effort;
   if (!found_.has_several()) effort.known = best.log_likelihood;
   // With few points of quadrature the maximum is near that with more.
-  MarginalOptions coarse = options_;
+  MixedEffectsOptions coarse = options_;
   coarse.quadrature_points = std::min(coarse.quadrature_points, 3);
   const MarginalEnd end =
       marginal_from(smaller.model, reduced(best, smaller), integration_, coarse, effort);

@@ -20,7 +20,7 @@ class MarginalMaxima {
   MarginalMaxima(const NonlinearModel& model,
                  const Eigen::VectorXd& pooled,
                  Integration integration,
-                 const MarginalOptions& options,
+                 const MixedEffectsOptions& options,
                  const LocalOptima& found);
 
   /// \param most  number of starts
@@ -50,7 +50,7 @@ class MarginalMaxima {
   const Eigen::VectorXd& pooled_;
   Integration integration_;
   bool is_first_order_;
-  const MarginalOptions& options_;
+  const MixedEffectsOptions& options_;
   const LocalOptima& found_;
   std::vector<Candidate> maxima_;
   std::vector<ContainedModel> contained_;

@@ -134,8 +134,8 @@ class SharedFit {
     clusters_.typical = variance.typical_values();
     start.random.back().effects =
         MatrixXd::Zero(start.random.back().effects.rows(), model().group_count());
-    const MarginalOptions marginal{.quadrature_points = options_.quadrature_points,
-                                   .trace = options_.trace};
+    const MixedEffectsOptions marginal{.quadrature_points = options_.quadrature_points,
+                                       .trace = options_.trace};
     MarginalSearch search(model(), integration_, marginal, start.estimate, &clusters_);
     search.try_fit(start);
     if (!search.has_optimum()) return without_optimum();

@@ -26,14 +26,15 @@ enum class SearchEffort {
 struct MixedEffectsOptions {
   /// (p) further start values; the result is the fit with the highest likelihood.
   std::vector<Eigen::VectorXd> starts{};
-  int maximum_iterations = 200;  ///< alternations of the two steps
-  /// Restricted maximum likelihood instead of maximum likelihood: of the model that is linear
-  /// around the estimates (R nlme's REML).
+  int maximum_iterations = 200;  ///< of Lindstrom and Bates' method: alternations of the two steps
+  /// Restricted maximum likelihood instead of maximum likelihood, by Lindstrom and Bates' method:
+  /// of the model that is linear around the estimates (R nlme's REML).
   bool reml = false;
   /// Whether there is only one run from a start, even if it does not converge, instead of runs with
   /// other variance components.
   bool is_brief = false;
-  /// Called with one line for each iteration, if given.
+  int quadrature_points = 7;  ///< per random effect
+  /// Called with one line for each iteration or value of a marginal likelihood, if given.
   std::function<void(const std::string&)> trace{};
 };
 
@@ -54,14 +55,6 @@ enum class Integration {
   kQuadrature,   ///< adaptive Gauss-Hermite quadrature
 };
 
-struct MarginalOptions {
-  /// (p) further start values, as in MixedEffectsOptions.
-  std::vector<Eigen::VectorXd> starts{};
-  int quadrature_points = 7;  ///< per random effect
-  /// Called with one line for each value of the likelihood, if given.
-  std::function<void(const std::string&)> trace{};
-};
-
 /// Fits by maximum marginal likelihood.
 ///
 /// Starts from a fit by Lindstrom and Bates' method, converged or not, and maximizes the likelihood
@@ -74,7 +67,7 @@ struct MarginalOptions {
 MixedEffectsFit fit_marginal(const NonlinearModel& model,
                              const Eigen::VectorXd& start,
                              Integration integration,
-                             const MarginalOptions& options = {});
+                             const MixedEffectsOptions& options = {});
 
 /// Fits by the method of Lindstrom and Bates, with one grouping or two nested ones: R nlme's
 /// objective, by maximum or restricted maximum likelihood.
