@@ -67,7 +67,7 @@ void ArrowFactor::resize(Index s, Index q, Index m) {
 }
 
 bool ArrowFactor::compute(const GroupPriors& priors,
-                          const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
+                          const Eigen::Ref<const MatrixXd>& curvatures,
                           Index first,
                           double ridge) {
   resize(priors.design(first).shared, priors.design(first).own(), curvatures.cols());
@@ -100,7 +100,7 @@ bool ArrowFactor::compute(const GroupPriors& priors,
   return factorize(group(m_), s_, product_, log_determinant_, smallest_pivot_);
 }
 
-void ArrowFactor::solve(Eigen::Ref<Eigen::VectorXd> z) const {
+void ArrowFactor::solve(Eigen::Ref<VectorXd> z) const {
   auto u = z.head(s_);
   Map v(z.data() + s_, q_, m_);
   for (Index k = 0; k < m_ && s_ > 0; ++k) {

@@ -14,16 +14,14 @@
 #include "least_squares/start_search.hpp"
 #include "least_squares/variable_projection.hpp"
 #include "likelihood/effect_posteriors.hpp"
-#include "likelihood/integration_method.hpp"
 #include "lindstrom_bates/lindstrom_bates_search.hpp"
 #include "marginal_likelihood/marginal_fit.hpp"
-#include "mixed_effects/crossed_checks.hpp"
 #include "model/held_coefficients.hpp"
 #include "model/response_fingerprint.hpp"
 #include "optimization/tolerances.hpp"
 #include "optimum_search/optimum_search.hpp"
 #include "result/earlier_fit.hpp"
-#include "result/estimated_terms.hpp"
+#include "result/group_coefficients.hpp"
 #include "result/variance_shares.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
@@ -66,6 +64,39 @@ void check_start(const ModelSpecification& specification,
     check_known(specification, name);
     if (!std::isfinite(value))
       throw UsageError(fmt::format("the start value of {} is not a number", name));
+  }
+}
+
+/// Checks that each crossed term has several groups, and fewer random effects than there are rows.
+/// \throws InputError that names the term, its groups and the rows
+void check_crossed_groups(const NonlinearModel& model) {
+  if (model.crossed() == nullptr) return;
+  for (std::size_t t = 0; t < model.term_count(); ++t) {
+    const RandomEffects& term = model.specification().random[t];
+    const Index groups = model.group_count(t);
+    const Index effects = groups * std::ssize(term.coefficients);
+    const std::string of = fmt::format("`{} | {}`", term.text(), term.group_text());
+    const Place place{.file = model.place(0).file, .column = term.group};
+    if (groups < 2) {
+      throw InputError(
+          fmt::format("{}: all {} rows are in the group '{}', so that the variance between groups "
+                      "cannot be estimated; remove the term",
+                      of,
+                      model.observations(),
+                      model.group_labels(t).front()),
+          place);
+    }
+    if (effects >= model.observations()) {
+      throw InputError(
+          fmt::format("{}: {} groups have {} random effects, as many as the {} rows or more, so "
+                      "that effects and residuals cannot be distinguished; remove effects, or use "
+                      "coarser groups",
+                      of,
+                      groups,
+                      effects,
+                      model.observations()),
+          place);
+    }
   }
 }
 
@@ -195,12 +226,11 @@ MixedEffectsFit fit_mixed(const NonlinearModel& model,
                           Method method,
                           const FitModelOptions& options) {
   if (model.specification().correlation) return fit_correlated(model, pooled, method, options);
-  const auto integration = integration_of(method);
   if (options.effort == SearchEffort::kThorough) {
-    return search_optimum(model, pooled, integration, mixed_options(model, options), options);
+    return search_optimum(model, pooled, method, mixed_options(model, options), options);
   }
-  if (integration) {
-    return fit_marginal(model, pooled.estimate, *integration, mixed_options(model, options));
+  if (is_marginal(method)) {
+    return fit_marginal(model, pooled.estimate, method, mixed_options(model, options));
   }
   return fit_lindstrom_bates(model, pooled.estimate, mixed_options(model, options));
 }
@@ -212,8 +242,8 @@ std::optional<MixedEffectsFit> fit_from_earlier(const NonlinearModel& model,
   if (options.from == nullptr || method == Method::kOrdinary) return std::nullopt;
   const std::optional<MixedEffectsFit> start = as_start(*options.from, model);
   if (!start) return std::nullopt;
-  if (const auto integration = integration_of(method)) {
-    return refit_marginal(model, *start, *integration, mixed_options(model, options));
+  if (is_marginal(method)) {
+    return refit_marginal(model, *start, method, mixed_options(model, options));
   }
   return refit_lindstrom_bates(model, *start, mixed_options(model, options));
 }
@@ -347,10 +377,10 @@ std::map<std::string, double> start_beyond_infinity(const NonlinearModel& model,
                             });
   if (!is_unbounded) return {};
   ProjectedModel projected(model);
-  std::vector<std::pair<double, Eigen::VectorXd>> curves;  // log sum of squares, coefficients
+  std::vector<std::pair<double, VectorXd>> curves;  // log sum of squares, coefficients
   double closest = kInfinity;
   for (double share = 1.0; share > 1e-15; share /= 10.0) {
-    Eigen::VectorXd here = fit.estimate;
+    VectorXd here = fit.estimate;
     for (Index j = 0; j < here.size(); ++j) {
       const std::string& name = fit.coefficient_names[static_cast<std::size_t>(j)];
       if (fit.convergence.has(Evidence::Kind::kUnbounded, name)) here[j] *= -share;

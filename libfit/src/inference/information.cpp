@@ -8,7 +8,6 @@
 #include "model/symmetric_eigen.hpp"
 #include "optimization/curvature_certificate.hpp"
 #include "optimization/quasi_newton.hpp"
-#include "result/estimated_terms.hpp"
 #include "result/group_coefficients.hpp"
 #include "silvafit/base/constants.hpp"
 

@@ -28,7 +28,7 @@ double change_without(const NonlinearModel& model,
 /// Coefficients so large that small changes do not affect the mean, although the mean depends on
 /// them: they approach a limit that the formula has at infinity only.
 std::vector<Index> saturated(const NonlinearModel& model, const NewtonPoint& point) {
-  const Eigen::MatrixXd jacobian = model.curve_at(point.coefficients).jacobian;
+  const MatrixXd jacobian = model.curve_at(point.coefficients).jacobian;
   std::vector<Index> result;
   for (Index j = 0; j < jacobian.cols(); ++j) {
     const double effect = jacobian.col(j).norm() * std::abs(point.coefficients[j]);
@@ -73,7 +73,7 @@ bool is_identifiable(const NonlinearModel& model) {
   constexpr std::size_t kPoints = 64;
   for (std::size_t number = 1; number <= kPoints; ++number) {
     if (!projected.evaluate(points(number))) continue;
-    const Eigen::MatrixXd jacobian = model.curve_at(projected.coefficients()).jacobian;
+    const MatrixXd jacobian = model.curve_at(projected.coefficients()).jacobian;
     if (jacobian.allFinite() && numerical_rank(jacobian) == jacobian.cols()) return true;
   }
   return false;
@@ -107,7 +107,7 @@ void conclude_confounded(const NonlinearModel& model,
 
 /// Coefficients that are distinguished by small digits of the Jacobian only.
 std::vector<Index> nearly_confounded(const NonlinearModel& model, const NewtonPoint& point) {
-  const Eigen::MatrixXd jacobian = model.curve_at(point.coefficients).jacobian;
+  const MatrixXd jacobian = model.curve_at(point.coefficients).jacobian;
   if (!jacobian.allFinite()) return {};
   return JacobianFactors(jacobian, JacobianFactors::kNearTolerance).confounded();
 }

@@ -12,7 +12,7 @@ namespace silvafit::fit {
 /// A coefficient whose effect does not depend on its size: b and x, or b and log(x), may be shifted
 /// together. Its start values are in the range of the observations.
 struct LocationCoefficient {
-  Eigen::Index coefficient = 0;
+  Index coefficient = 0;
   double lowest = 0.0;   ///< of the column, of its logarithm, or of minus that
   double highest = 0.0;  ///< above the lowest one
 };

@@ -323,7 +323,7 @@ class StartSearch {
   /// of a column.
   VectorXd moved(VectorXd point, Random& random) const {
     const auto count = 1 + random.below(3);
-    const Eigen::MatrixXd& columns = part_.variable_values();
+    const MatrixXd& columns = part_.variable_values();
     for (std::uint64_t k = 0; k < count; ++k) {
       const auto place = static_cast<Index>(random.below(static_cast<std::uint64_t>(point.size())));
       double& value = point[place];

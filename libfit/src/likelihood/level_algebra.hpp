@@ -13,10 +13,6 @@
 
 namespace silvafit::fit::level_algebra {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 /// The random effects of one grouping: their columns and L, row by row.
 struct Level {
   const Index* columns = nullptr;

@@ -9,14 +9,12 @@
 #include <numbers>
 #include <utility>
 
-#include "likelihood/integration_method.hpp"
 #include "likelihood/linear_mixed_profile.hpp"
 #include "likelihood/linearization.hpp"
 #include "likelihood/marginal_coordinates.hpp"
 #include "likelihood/marginal_likelihood.hpp"
 #include "model/held_coefficients.hpp"
 #include "model/response_fingerprint.hpp"
-#include "result/estimated_terms.hpp"
 #include "result/group_coefficients.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
@@ -210,7 +208,7 @@ class MarginalSurface : public LikelihoodSurface {
             {setting.model, setting.variance, setting.frame, setting.frame.beta.cols()}),
         likelihood_(setting.model,
                     setting.variance,
-                    curvature_of(*integration_of(setting.fit.method)),
+                    curvature_of(setting.fit.method),
                     setting.fit.method == Method::kQuadrature ? setting.fit.quadrature_points : 1),
         coordinates_(setting.model, setting.variance, setting.frame) {
     optimum_ = setting.coordinates(layout_, setting.log_sigma);
@@ -267,13 +265,13 @@ VectorXd SurfaceSetting::coordinates(const SurfaceLayout& layout, double at_log_
 }
 
 std::unique_ptr<LikelihoodSurface> make_surface(const SurfaceSetting& setting) {
-  if (integration_of(setting.fit.method)) return std::make_unique<MarginalSurface>(setting);
+  if (is_marginal(setting.fit.method)) return std::make_unique<MarginalSurface>(setting);
   if (is_linearized(setting.fit)) return std::make_unique<LinearizedSurface>(setting);
   return std::make_unique<LeastSquaresSurface>(setting);
 }
 
 std::string likelihood_in_words(const FittedModel& fit) {
-  if (integration_of(fit.method)) {
+  if (is_marginal(fit.method)) {
     return fmt::format("marginal likelihood by {}", word_of(fit.method));
   }
   if (is_linearized(fit)) {

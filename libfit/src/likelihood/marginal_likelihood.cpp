@@ -20,6 +20,11 @@ constexpr Index kCacheRows = 4096;
 
 }  // namespace
 
+Curvature curvature_of(Method method) {
+  if (method == Method::kFirstOrder) return Curvature::kFirstOrder;
+  return method == Method::kInteraction ? Curvature::kExpected : Curvature::kFull;
+}
+
 MarginalLikelihood::MarginalLikelihood(const NonlinearModel& model,
                                        const VarianceModel& variance,
                                        Curvature curvature,

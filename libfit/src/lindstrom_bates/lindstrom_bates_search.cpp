@@ -9,10 +9,9 @@
 
 #include "least_squares/jacobian_factors.hpp"
 #include "least_squares/least_squares_verdict.hpp"
-#include "mixed_effects/constant_variance.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
 #include "optimization/tolerances.hpp"
-#include "result/estimated_terms.hpp"
+#include "result/group_coefficients.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "variance/variance_kind.hpp"

@@ -13,9 +13,7 @@
 namespace silvafit::fit {
 
 /// \throws UsageError without random effects, or if there are too many for quadrature
-void check_marginal(const NonlinearModel& model,
-                    Integration integration,
-                    const MixedEffectsOptions& options);
+void check_marginal(const NonlinearModel& model, Method method, const MixedEffectsOptions& options);
 
 /// The extent of a search.
 struct MarginalEffort {
@@ -39,15 +37,15 @@ struct MarginalEnd {
 /// The maximum of one search from a fit.
 MarginalEnd marginal_from(const NonlinearModel& model,
                           const MixedEffectsFit& start,
-                          Integration integration,
+                          Method method,
                           const MixedEffectsOptions& options,
                           const MarginalEffort& effort = {});
 
 /// The maximum of a short search from coefficients with random effects of several spreads.
 /// \param coefficients  (p)
 MarginalEnd marginal_from_coefficients(const NonlinearModel& model,
-                                       const Eigen::VectorXd& coefficients,
-                                       Integration integration,
+                                       const VectorXd& coefficients,
+                                       Method method,
                                        const MixedEffectsOptions& options,
                                        const MarginalEffort& effort = {});
 
@@ -55,13 +53,13 @@ MarginalEnd marginal_from_coefficients(const NonlinearModel& model,
 /// \returns no value if it does not converge
 std::optional<MixedEffectsFit> refit_marginal(const NonlinearModel& model,
                                               const MixedEffectsFit& start,
-                                              Integration integration,
+                                              Method method,
                                               const MixedEffectsOptions& options);
 
 /// The log-likelihood at the estimates of a fit; NaN if it is not valid there.
 double marginal_log_likelihood(const NonlinearModel& model,
                                const MixedEffectsFit& fit,
-                               Integration integration,
+                               Method method,
                                const MixedEffectsOptions& options);
 
 /// Fits from the end of Lindstrom and Bates' method and, if this does not converge, from the
@@ -69,9 +67,9 @@ double marginal_log_likelihood(const NonlinearModel& model,
 /// \param pooled      (p) coefficients of the pooled fit
 /// \param linearized  a complete fit by Lindstrom and Bates' method, converged or not
 MixedEffectsFit fit_marginal_from(const NonlinearModel& model,
-                                  const Eigen::VectorXd& pooled,
+                                  const VectorXd& pooled,
                                   const MixedEffectsFit& linearized,
-                                  Integration integration,
+                                  Method method,
                                   const MixedEffectsOptions& options);
 
 }  // namespace silvafit::fit

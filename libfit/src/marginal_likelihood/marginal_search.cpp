@@ -6,12 +6,11 @@
 #include <optional>
 #include <utility>
 
-#include "likelihood/integration_method.hpp"
+#include "likelihood/marginal_likelihood.hpp"
 #include "mixed_effects/degenerate_fit.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "optimization/quasi_newton.hpp"
 #include "optimization/tolerances.hpp"
-#include "result/estimated_terms.hpp"
 #include "result/group_coefficients.hpp"
 #include "silvafit/base/constants.hpp"
 
@@ -71,24 +70,22 @@ std::vector<VectorXd> other_starts(const EffectLayout& layout) {
 
 }  // namespace
 
-bool needs_curvature(Integration integration) {
-  return curvature_of(integration) == Curvature::kFull;
-}
+bool needs_curvature(Method method) { return curvature_of(method) == Curvature::kFull; }
 
 MarginalSearch::MarginalSearch(const NonlinearModel& model,
-                               Integration integration,
+                               Method method,
                                const MixedEffectsOptions& options,
                                const VectorXd& near,
                                const SharedClusters* shared)
     : model_(model),
       shared_(shared),
       options_(options),
-      integration_(integration),
+      method_(method),
       variance_(model.specification().variance, data_of(model, shared)),
       likelihood_(model,
                   variance_,
-                  curvature_of(integration),
-                  integration == Integration::kQuadrature ? options.quadrature_points : 1,
+                  curvature_of(method),
+                  method == Method::kQuadrature ? options.quadrature_points : 1,
                   shared),
       coordinates_(model, variance_, shared != nullptr ? shared->frame : frame_at(model, near)) {}
 
@@ -189,7 +186,7 @@ VectorXd MarginalSearch::modes_of(const MixedEffectsFit& fit, const VectorXd& x)
 
 Obstacle MarginalSearch::ended_by() const {
   constexpr int kOften = 20;
-  if (needs_curvature(integration_) && (outside_ > kOften || best_.is_blocked)) {
+  if (needs_curvature(method_) && (outside_ > kOften || best_.is_blocked)) {
     return {.status = ConvergenceStatus::kInvalidApproximation,
             .cause = Finding::Kind::kNoClearMode};
   }
@@ -256,7 +253,7 @@ void MarginalSearch::run(const VectorXd& start, VectorXd modes) {
 
 bool MarginalSearch::finds_higher_modes(const Optimum& optimum) {
   // The modes of the first-order method are those of another density.
-  if (integration_ == Integration::kFirstOrder) return false;
+  if (method_ == Method::kFirstOrder) return false;
   const MarginalPoint point = coordinates_.point(optimum.x);
   VectorXd highest = optimum.modes;
   std::optional<VectorXd> lowest = likelihood_.find_modes(point, highest, nullptr);

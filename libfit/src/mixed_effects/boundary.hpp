@@ -15,21 +15,21 @@ namespace silvafit::fit {
 
 /// The derivatives of the population's mean at the estimates.
 struct PopulationSlopes {
-  Eigen::VectorXd sizes{};   ///< (p) root mean squares of the derivatives by the coefficients
+  VectorXd sizes{};          ///< (p) root mean squares of the derivatives by the coefficients
   CoefficientFrame frame{};  ///< of the coefficients
 };
 
 PopulationSlopes population_slopes(const NonlinearModel& model, const MixedEffectsFit& fit);
 
 /// (N) the variable of a factor of the variance function.
-Eigen::VectorXd variable_of(const NonlinearModel& model,
-                            const MixedEffectsFit& fit,
-                            const VarianceFactorEstimate& factor);
+VectorXd variable_of(const NonlinearModel& model,
+                     const MixedEffectsFit& fit,
+                     const VarianceFactorEstimate& factor);
 
 /// The number of observations for which the power of constant-plus-power is relevant, if these are
 /// few; otherwise 0.
 /// \param v  (N) the variable of the factor
-Eigen::Index few_with_power(const VarianceFactorEstimate& factor, const Eigen::VectorXd& v);
+Index few_with_power(const VarianceFactorEstimate& factor, const VectorXd& v);
 
 /// What the data say about one exponent of constant-plus-power.
 struct PowerUse {
@@ -44,7 +44,7 @@ struct PowerUse {
 /// \param v  (N) the variable of the factor
 std::vector<PowerUse> power_uses(const NonlinearModel& model,
                                  const VarianceFactorEstimate& factor,
-                                 const Eigen::VectorXd& v);
+                                 const VectorXd& v);
 
 /// Fills in the boundary of a fit's convergence: standard deviations of 0, correlations of 1 or -1,
 /// and variance functions whose constant or power vanishes.

@@ -13,11 +13,11 @@ namespace silvafit::fit {
 
 /// The point at which the covariance of the observations is tested.
 struct VariancePoint {
-  Eigen::MatrixXd coefficients{};          ///< (p x G) of each group, random effects included
-  std::vector<Eigen::MatrixXd> effects{};  ///< (q x q) Psi of each term
-  Eigen::VectorXd variance{};              ///< (m) internal parameters of the variance function
-  Eigen::VectorXd fitted{};                ///< (N) fitted values of these coefficients
-  Eigen::VectorXd residual_sd{};           ///< (N)
+  MatrixXd coefficients{};          ///< (p x G) of each group, random effects included
+  std::vector<MatrixXd> effects{};  ///< (q x q) Psi of each term
+  VectorXd variance{};              ///< (m) internal parameters of the variance function
+  VectorXd fitted{};                ///< (N) fitted values of these coefficients
+  VectorXd residual_sd{};           ///< (N)
   bool is_restricted = false;  ///< the likelihood is that of contrasts free of the coefficients
 };
 

@@ -18,7 +18,6 @@
 #include "model/coefficient_frame.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "model/variance_weights.hpp"
-#include "result/estimated_terms.hpp"
 #include "result/group_coefficients.hpp"
 #include "silvafit/base/constants.hpp"
 #include "variance/variance_kind.hpp"

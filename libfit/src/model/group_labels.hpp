@@ -15,13 +15,13 @@
 
 namespace silvafit::fit {
 
-using LabelNumbers = std::unordered_map<std::string, Eigen::Index>;
+using LabelNumbers = std::unordered_map<std::string, Index>;
 
 /// The index of each label in a list of distinct ones.
 inline LabelNumbers numbered(const std::vector<std::string>& labels) {
   LabelNumbers numbers;
   for (std::size_t k = 0; k < labels.size(); ++k) {
-    numbers.emplace(labels[k], static_cast<Eigen::Index>(k));
+    numbers.emplace(labels[k], static_cast<Index>(k));
   }
   return numbers;
 }

@@ -26,10 +26,14 @@ bool is_in_region(const VectorXd& a, const VectorXd& b) {
 
 bool is_same(const MixedEffectsFit& a, const MixedEffectsFit& b) {
   if (!(std::abs(a.log_likelihood - b.log_likelihood) < kSameLikelihood)) return false;
-  constexpr double kSameFit = 1e-2;  // of the residual standard deviation
+  constexpr double kSameFit = 1e-2;
+  return has_same_curves(a, b, kSameFit);
+}
+
+bool has_same_curves(const MixedEffectsFit& a, const MixedEffectsFit& b, double share) {
   const VectorXd change =
       (a.fitted_conditional - b.fitted_conditional).cwiseQuotient(b.residual_sd);
-  return change.norm() < kSameFit * std::sqrt(static_cast<double>(change.size()));
+  return change.norm() < share * std::sqrt(static_cast<double>(change.size()));
 }
 
 bool add_candidate(std::vector<Candidate>& candidates, Candidate candidate) {

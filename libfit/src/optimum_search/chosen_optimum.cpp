@@ -44,13 +44,6 @@ std::map<std::string, double> of_start(const std::vector<std::string>& names,
   return result;
 }
 
-/// Whether the curves of all groups differ by less than the residuals scatter around them.
-bool has_same_curves(const MixedEffectsFit& a, const MixedEffectsFit& b) {
-  const VectorXd change =
-      (a.fitted_conditional - b.fitted_conditional).cwiseQuotient(b.residual_sd);
-  return change.norm() < std::sqrt(static_cast<double>(change.size()));
-}
-
 }  // namespace
 
 bool is_inside(const std::vector<std::string>& names,
@@ -89,7 +82,7 @@ const Candidate& chosen_optimum(const std::vector<std::string>& names,
     const double apart =
         distance(names, candidate->fit.estimate, of_start(names, *highest, wishes));
     if (!(away < std::min(nearest, apart))) continue;
-    if (!has_same_curves(candidate->fit, highest->fit)) continue;
+    if (!has_same_curves(candidate->fit, highest->fit, 1.0)) continue;
     nearest = away;
     chosen = candidate;
   }

@@ -13,7 +13,7 @@ namespace silvafit::fit {
 
 /// Whether bounded coefficients are within their bounds.
 bool is_inside(const std::vector<std::string>& names,
-               const Eigen::VectorXd& estimate,
+               const VectorXd& estimate,
                const std::map<std::string, Bounds>& bounds);
 
 /// The converged fit to report; the best one if the user gives no start

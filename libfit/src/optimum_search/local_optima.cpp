@@ -18,7 +18,7 @@ namespace silvafit::fit {
 namespace {
 
 constexpr std::string_view kMaximumOrigin = "maximum of the marginal likelihood";
-constexpr Integration kFirst = Integration::kInteraction;
+constexpr Method kFirst = Method::kInteraction;
 constexpr double kNone = -kInfinity;
 
 /// Coefficients with fixed effects of a group that is drawn from the distribution of a fit's random
@@ -83,7 +83,7 @@ void LocalOptima::climb_exactly() {
     if (starts.size() < kClimbs) starts.push_back(maximum->fit);
   }
   for (const MixedEffectsFit& start : starts) {
-    const MarginalEnd end = marginal_from(model_, start, Integration::kLaplace, options_);
+    const MarginalEnd end = marginal_from(model_, start, Method::kLaplace, options_);
     budget_.spend_evaluations(end.evaluations);
     if (!end.fit || !end.fit->convergence.converged()) continue;
     if (auto found = fixed_point_from(model_, *end.fit)) {

@@ -104,8 +104,8 @@ class LocalOptima {
   MixedEffectsOptions options_;
   std::vector<StartingPoint> starts_;
   SearchBudget budget_;
-  std::vector<Eigen::VectorXd> failed_;  ///< pooled minima from which no run reached a fixed point
-  int climbs_ = 0;                       ///< searches of a maximum
+  std::vector<VectorXd> failed_;  ///< pooled minima from which no run reached a fixed point
+  int climbs_ = 0;                ///< searches of a maximum
   std::vector<Candidate> ends_;
   std::vector<Candidate> maxima_;
   std::vector<ContainedModel> contained_;

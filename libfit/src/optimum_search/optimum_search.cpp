@@ -43,21 +43,17 @@ class OptimumSearch {
  public:
   OptimumSearch(const NonlinearModel& model,
                 const LeastSquaresFit& pooled,
-                std::optional<Integration> integration,
+                Method method,
                 const MixedEffectsOptions& options,
                 const FitModelOptions& wishes)
-      : model_(model),
-        pooled_(pooled),
-        integration_(integration),
-        options_(options),
-        wishes_(wishes) {}
+      : model_(model), pooled_(pooled), method_(method), options_(options), wishes_(wishes) {}
 
   MixedEffectsFit run() {
     if (model_.observations() >= kManyObservations && !model_.is_linear()) learn_from_part();
     LocalOptima found = local_optima();
     if (found.ends().empty()) return usual_fit();
     if (model_.specification().random.empty()) return best_without_random_effects(found);
-    return integration_ ? marginal_maximum(found, *integration_) : best_fixed_point(found);
+    return is_marginal(method_) ? marginal_maximum(found) : best_fixed_point(found);
   }
 
   /// The coefficients of the best fit, without standard errors and message; none without a fit.
@@ -95,14 +91,14 @@ class OptimumSearch {
 
   LocalOptima searched(std::vector<StartingPoint> starts) const {
     LocalOptima result(model_, options_, std::move(starts));
-    result.search(!integration_.has_value());
+    result.search(!is_marginal(method_));
     return result;
   }
 
   /// The result if no start leads to a fit.
   MixedEffectsFit usual_fit() const {
-    return integration_ ? fit_marginal(model_, pooled_.estimate, *integration_, options_)
-                        : fit_lindstrom_bates(model_, pooled_.estimate, options_);
+    return is_marginal(method_) ? fit_marginal(model_, pooled_.estimate, method_, options_)
+                                : fit_lindstrom_bates(model_, pooled_.estimate, options_);
   }
 
   /// With many observations each start is expensive; a part of them is enough to compare starts.
@@ -113,7 +109,7 @@ class OptimumSearch {
     if (!pooled.estimate.allFinite()) return;
     MixedEffectsOptions options = options_;
     options.trace = nullptr;
-    OptimumSearch search(part, pooled, integration_, options, wishes_);
+    OptimumSearch search(part, pooled, method_, options, wishes_);
     if (auto found = search.best_coefficients()) from_part_ = *std::move(found);
   }
 
@@ -151,24 +147,23 @@ class OptimumSearch {
     });
     result.contained = higher_than(shown.rank, higher);
     result.is_restricted = options_.reml;
-    result.marginal = Integration::kInteraction;
+    result.marginal = Method::kInteraction;
     result.marginal_here = shown.rank;
     result.marginal_maximum = std::max(shown.rank, highest_converged(found.maxima()));
     if (model_.is_linear()) return result;
-    const double laplace =
-        marginal_log_likelihood(model_, shown.fit, Integration::kLaplace, options_);
+    const double laplace = marginal_log_likelihood(model_, shown.fit, Method::kLaplace, options_);
     if (!std::isfinite(laplace)) return result;
-    const MarginalEnd end = marginal_from(model_, shown.fit, Integration::kLaplace, options_);
+    const MarginalEnd end = marginal_from(model_, shown.fit, Method::kLaplace, options_);
     if (!end.fit || !end.fit->convergence.converged()) return result;
-    result.marginal = Integration::kLaplace;
+    result.marginal = Method::kLaplace;
     result.marginal_here = laplace;
     result.marginal_maximum = std::max(laplace, end.fit->log_likelihood);
     return result;
   }
 
-  MixedEffectsFit marginal_maximum(const LocalOptima& found, Integration integration) const {
+  MixedEffectsFit marginal_maximum(const LocalOptima& found) const {
     const std::size_t asked = static_cast<std::size_t>(wishes_.spread_starts) / 4;
-    MarginalMaxima maxima(model_, pooled_.estimate, integration, options_, found);
+    MarginalMaxima maxima(model_, pooled_.estimate, method_, options_, found);
     maxima.search(found.has_several() ? kClimbs + 3 * asked : 1);
     const Candidate& best = maxima.best();
     const Candidate& shown = chosen(maxima.all(), best);
@@ -194,18 +189,17 @@ class OptimumSearch {
   MixedEffectsFit judged(const Candidate& best,
                          const std::vector<Candidate>& all,
                          const SearchEvidence& evidence) const {
-    const bool is_marginal = integration_.has_value();
     MixedEffectsFit fit = best.fit;
     // A failed fit already has a message with the reason.
     if (fit.convergence.findings.empty()) {
       describe(model_, fit);
       judge(model_,
             fit,
-            is_marginal ? Rounds::kEvaluations : Rounds::kAlternations,
+            is_marginal(method_) ? Rounds::kEvaluations : Rounds::kAlternations,
             options_.reml,
             best.obstacle);
     }
-    fit.optima = optima_of(best, all, is_marginal);
+    fit.optima = optima_of(best, all, is_marginal(method_));
     judge_search(model_.specification(), evidence, fit);
     if (fit.convergence.converged()) judge_kinks(fit, kinks_at(fit), evidence);
     return fit;
@@ -219,17 +213,17 @@ class OptimumSearch {
     MixedEffectsOptions options = options_;
     options.quadrature_points = kinks.points = 2 * options.quadrature_points + 1;
     try {
-      check_marginal(model_, Integration::kQuadrature, options);
+      check_marginal(model_, Method::kQuadrature, options);
     } catch (const UsageError&) {
       return kinks;  // too many effects
     }
-    kinks.by_quadrature = marginal_log_likelihood(model_, fit, Integration::kQuadrature, options);
+    kinks.by_quadrature = marginal_log_likelihood(model_, fit, Method::kQuadrature, options);
     return kinks;
   }
 
   const NonlinearModel& model_;
   const LeastSquaresFit& pooled_;
-  std::optional<Integration> integration_;
+  Method method_;
   const MixedEffectsOptions& options_;
   const FitModelOptions& wishes_;
   VectorXd from_part_;  ///< (p) best coefficients of a part of the data; empty without one
@@ -239,11 +233,11 @@ class OptimumSearch {
 
 MixedEffectsFit search_optimum(const NonlinearModel& model,
                                const LeastSquaresFit& pooled,
-                               std::optional<Integration> integration,
+                               Method method,
                                const MixedEffectsOptions& options,
                                const FitModelOptions& wishes) {
-  if (integration) check_marginal(model, *integration, options);
-  return OptimumSearch(model, pooled, integration, options, wishes).run();
+  if (is_marginal(method)) check_marginal(model, method, options);
+  return OptimumSearch(model, pooled, method, options, wishes).run();
 }
 
 }  // namespace silvafit::fit

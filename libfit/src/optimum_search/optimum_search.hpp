@@ -19,14 +19,12 @@ namespace silvafit::fit {
 /// point. Then each random effect is omitted in turn: the fit of a model must not have a lower
 /// likelihood than that of a nested model. docs/local-maxima.md describes the search.
 /// \param pooled       the least-squares fit, with its other minima
-/// \param integration  of the method; Lindstrom and Bates' (generalized least squares without
-/// random
 ///   effects) without one
 /// \param options      their starts are the user's
 /// \param wishes       of which start values, bounds and the number of further starts are used
 MixedEffectsFit search_optimum(const NonlinearModel& model,
                                const LeastSquaresFit& pooled,
-                               std::optional<Integration> integration,
+                               Method method,
                                const MixedEffectsOptions& options,
                                const FitModelOptions& wishes);
 

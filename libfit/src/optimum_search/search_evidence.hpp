@@ -31,13 +31,13 @@ std::optional<ContainedModel> higher_than(double rank,
 
 /// Findings of a search over starting points besides the fit.
 struct SearchEvidence {
-  std::optional<Integration> method{};  ///< of a marginal likelihood
+  std::optional<Method> method{};  ///< of a marginal likelihood
   std::optional<ContainedModel> contained{};
   /// Of a fit by Lindstrom and Bates' method: the marginal log-likelihood at its estimates, the
   /// highest one, and of which method; NaN or -infinity where they are not known.
   double marginal_here = kNaN;
   double marginal_maximum = -kInfinity;
-  Integration marginal = Integration::kLaplace;
+  Method marginal = Method::kLaplace;
   /// Whether the fit's own log-likelihood is a restricted one, which changes with the units of the
   /// covariates and is not comparable with a marginal one.
   bool is_restricted = false;

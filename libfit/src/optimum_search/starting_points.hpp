@@ -21,8 +21,8 @@ inline constexpr std::string_view kOtherMinimum = "other least-squares minimum";
 inline constexpr std::string_view kGroupMedians = "medians of single groups";
 
 struct StartingPoint {
-  Eigen::VectorXd coefficients{};  ///< (p)
-  std::string origin{};            ///< "least squares", "start values", ... for reports
+  VectorXd coefficients{};  ///< (p)
+  std::string origin{};     ///< "least squares", "start values", ... for reports
   std::optional<MixedEffectsFit> with_effects{};  ///< the same with random effects, if known
 };
 

@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "likelihood/effect_posteriors.hpp"
-#include "model/covariance_factor.hpp"
 #include "model/group_labels.hpp"
+#include "model/symmetric_eigen.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/program.hpp"

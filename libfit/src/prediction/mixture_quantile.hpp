@@ -13,7 +13,7 @@ namespace silvafit::fit {
 /// 0. Components that are not finite are left out.
 class NormalMixture {
  public:
-  using Values = Eigen::Ref<const Eigen::VectorXd>;
+  using Values = Eigen::Ref<const VectorXd>;
   /// \param least_tail  the smallest probability on one side that quantiles are asked for
   NormalMixture(const Values& means,
                 const Values& deviations,

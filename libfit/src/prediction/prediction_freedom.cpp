@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/covariance_factor.hpp"
 #include "model/group_labels.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "prediction/coefficient_sets.hpp"

@@ -16,7 +16,7 @@ void add_errors(const FittedModel& fit,
                 const data::Table& table,
                 const CoefficientSets& sets,
                 const PredictionOptions& options,
-                const Eigen::MatrixXd& marginal_gradients,
+                const MatrixXd& marginal_gradients,
                 Prediction& values);
 
 }  // namespace silvafit::fit

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "model/covariance_factor.hpp"
+#include "model/symmetric_eigen.hpp"
 #include "prediction/smooth_mixture.hpp"
 #include "silvafit/base/random.hpp"
 

@@ -10,6 +10,7 @@
 #include <numeric>
 #include <utility>
 
+#include "resampling/resampled_data.hpp"
 #include "result/variance_shares.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
@@ -172,17 +173,6 @@ FoldPrediction predicted(const FittedModel& fit,
   return result;
 }
 
-FitModelOptions refit_options(const FittedModel& fit, const CrossValidationOptions& options) {
-  FitModelOptions refit = options.refit;
-  refit.method = fit.method;
-  refit.reml = fit.reml;
-  if (fit.quadrature_points > 0) refit.quadrature_points = fit.quadrature_points;
-  refit.effort = SearchEffort::kQuick;
-  refit.threads = 1;
-  refit.trace = nullptr;
-  return refit;
-}
-
 /// Statistics of the observations that have a prediction.
 /// \param where  observations without a value here are skipped, too
 FitStatistics statistics_of(const VectorXd& observed,
@@ -248,7 +238,7 @@ std::vector<FoldPrediction> predicted_folds(const FittedModel& fit,
                                             const std::vector<std::vector<std::size_t>>& left_out,
                                             const std::vector<bool>& is_measured,
                                             const CrossValidationOptions& options) {
-  const FitModelOptions refit = refit_options(fit, options);
+  const FitModelOptions refit = refit_options(fit, options.refit);
   std::atomic<std::size_t> done{0};
   const auto predict_fold = [&](std::size_t k) {
     std::vector<bool> measured;

@@ -6,8 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "model/covariance_factor.hpp"
-#include "result/estimated_terms.hpp"
+#include "model/symmetric_eigen.hpp"
 #include "result/group_coefficients.hpp"
 #include "silvafit/base/error.hpp"
 
@@ -30,6 +29,16 @@ std::vector<std::size_t> numbers(Index begin, Index end) {
 }
 
 }  // namespace
+
+FitModelOptions refit_options(const FittedModel& fit, FitModelOptions options) {
+  options.method = fit.method;
+  options.reml = fit.reml;
+  if (fit.quadrature_points > 0) options.quadrature_points = fit.quadrature_points;
+  options.effort = SearchEffort::kQuick;
+  options.threads = 1;
+  options.trace = nullptr;
+  return options;
+}
 
 ParametricDraw::ParametricDraw(const FittedModel& fit, const data::Table& table)
     : fit_(fit), model_(fit.specification, table), table_(table.select(model_.rows())) {

@@ -9,7 +9,6 @@
 
 #include "model/group_labels.hpp"
 #include "model/variance_weights.hpp"
-#include "result/estimated_terms.hpp"
 #include "result/group_coefficients.hpp"
 
 namespace silvafit::fit {

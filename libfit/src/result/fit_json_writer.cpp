@@ -18,13 +18,13 @@ using nlohmann::ordered_json;
 
 constexpr const char* kSchema = "silvafit-fit/2";
 
-ordered_json list(const Eigen::VectorXd& values) {
+ordered_json list(const VectorXd& values) {
   ordered_json result = ordered_json::array();
   for (const double value : values) result.push_back(number_or_null(value));
   return result;
 }
 
-ordered_json rows(const Eigen::MatrixXd& matrix) {
+ordered_json rows(const MatrixXd& matrix) {
   ordered_json result = ordered_json::array();
   for (Index i = 0; i < matrix.rows(); ++i) result.push_back(list(matrix.row(i)));
   return result;
@@ -75,9 +75,9 @@ ordered_json evidence(const Convergence& convergence) {
 }
 
 ordered_json fixed(const FittedModel& fit) {
-  const Eigen::VectorXd errors = fit.standard_errors();
-  const Eigen::VectorXd t = fit.t_values();
-  const Eigen::VectorXd p = fit.p_values();
+  const VectorXd errors = fit.standard_errors();
+  const VectorXd t = fit.t_values();
+  const VectorXd p = fit.p_values();
   ordered_json result = ordered_json::object();
   for (std::size_t k = 0; k < fit.coefficient_names.size(); ++k) {
     const auto j = static_cast<Index>(k);
@@ -118,7 +118,7 @@ ordered_json by_label(const std::vector<std::string>& labels, ValueOf value_of) 
 
 ordered_json eblups(const std::vector<std::string>& labels,
                     const std::vector<std::string>& names,
-                    const Eigen::MatrixXd& effects) {
+                    const MatrixXd& effects) {
   return by_label(labels, [&](Index g) {
     ordered_json group = ordered_json::object();
     for (std::size_t k = 0; k < names.size(); ++k) {
@@ -130,7 +130,7 @@ ordered_json eblups(const std::vector<std::string>& labels,
 
 /// Matrices of each group, stored column by column, by label.
 ordered_json matrices(const std::vector<std::string>& labels,
-                      const Eigen::MatrixXd& values,
+                      const MatrixXd& values,
                       Index rows_each) {
   return by_label(labels, [&](Index g) {
     const auto column = values.col(g);
@@ -174,7 +174,7 @@ ordered_json random(const FittedModel& fit) {
 }
 
 /// Parameters of a factor that has strata, by stratum.
-ordered_json by_stratum(const VarianceFactorEstimate& factor, const Eigen::VectorXd& values) {
+ordered_json by_stratum(const VarianceFactorEstimate& factor, const VectorXd& values) {
   if (values.size() == 0) return nullptr;
   if (factor.factor.stratum.empty()) return number_or_null(values[0]);
   ordered_json result = ordered_json::object();

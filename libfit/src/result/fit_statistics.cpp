@@ -9,9 +9,9 @@
 
 namespace silvafit::fit {
 
-FitStatistics fit_statistics(const Eigen::Ref<const Eigen::VectorXd>& observed,
-                             const Eigen::Ref<const Eigen::VectorXd>& predicted) {
-  const Eigen::Index n = observed.size();
+FitStatistics fit_statistics(const Eigen::Ref<const VectorXd>& observed,
+                             const Eigen::Ref<const VectorXd>& predicted) {
+  const Index n = observed.size();
   if (n < 1 || predicted.size() != n) {
     throw UsageError("the numbers of predictions and observations must be equal and at least 1");
   }
@@ -28,7 +28,7 @@ FitStatistics fit_statistics(const Eigen::Ref<const Eigen::VectorXd>& observed,
           .mae = error.abs().mean()};
 }
 
-double least_squares_log_likelihood(double sum_of_squares, Eigen::Index observations) {
+double least_squares_log_likelihood(double sum_of_squares, Index observations) {
   const auto n = static_cast<double>(observations);
   return -0.5 * n * (std::log(2.0 * std::numbers::pi * sum_of_squares / n) + 1.0);
 }
@@ -37,13 +37,13 @@ double aic(double log_likelihood, int parameters) {
   return -2.0 * log_likelihood + 2.0 * parameters;
 }
 
-double aicc(double log_likelihood, int parameters, Eigen::Index observations) {
+double aicc(double log_likelihood, int parameters, Index observations) {
   const double spare = static_cast<double>(observations) - parameters - 1.0;
   if (spare <= 0.0) return kInfinity;
   return aic(log_likelihood, parameters) + 2.0 * parameters * (parameters + 1.0) / spare;
 }
 
-double bic(double log_likelihood, int parameters, Eigen::Index observations) {
+double bic(double log_likelihood, int parameters, Index observations) {
   return -2.0 * log_likelihood + parameters * std::log(static_cast<double>(observations));
 }
 

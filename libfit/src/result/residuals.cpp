@@ -6,7 +6,6 @@
 #include <numeric>
 
 #include "model/correlated_rows.hpp"
-#include "result/estimated_terms.hpp"
 #include "result/group_coefficients.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"

@@ -24,21 +24,6 @@
 
 namespace silvafit::fit {
 
-/// The method of a fit.
-enum class Method {
-  kOrdinary,        ///< ordinary least squares, "ols"
-  kGeneralized,     ///< with a variance function, without random effects, "gnls"
-  kLindstromBates,  ///< mixed effects by Lindstrom and Bates' alternation, as R nlme: "lb"
-  kFirstOrder,      ///< marginal likelihood, first order without interaction: "foce"
-  kInteraction,     ///< the same with interaction: "focei"
-  kLaplace,         ///< marginal likelihood by Laplace's method: "laplace"
-  kQuadrature,      ///< marginal likelihood by adaptive Gauss-Hermite quadrature: "agq"
-};
-/// Whether a method estimates random effects.
-bool is_mixed(Method method);
-constexpr std::array<std::string_view, 7> words_of(Method /*method*/) {
-  return {"ols", "gnls", "lb", "foce", "focei", "laplace", "agq"};
-}
 /// The default method of a specification: lb with random effects, else gnls with a variance
 /// function or correlated residuals, else ols.
 Method default_method(const ModelSpecification& specification);
