@@ -93,13 +93,13 @@ fit::MixedEffectsFit mixed_fit(const fit::NonlinearModel& model,
     case fit::Method::kLindstromBates:
       return fit::fit_lindstrom_bates(model, start);
     case fit::Method::kFirstOrder:
-      return fit::fit_marginal(model, start, fit::Integration::kFirstOrder);
+      return fit::fit_marginal(model, start, fit::Method::kFirstOrder);
     case fit::Method::kInteraction:
-      return fit::fit_marginal(model, start, fit::Integration::kInteraction);
+      return fit::fit_marginal(model, start, fit::Method::kInteraction);
     case fit::Method::kQuadrature:
-      return fit::fit_marginal(model, start, fit::Integration::kQuadrature);
+      return fit::fit_marginal(model, start, fit::Method::kQuadrature);
     default:
-      return fit::fit_marginal(model, start, fit::Integration::kLaplace);
+      return fit::fit_marginal(model, start, fit::Method::kLaplace);
   }
 }
 

@@ -3,12 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
 
 /// Overwrites a symmetric matrix by its lower Cholesky factor, zeros above; false if it has none.
 /// The factors of the determinant are multiplied as long as possible, which saves logarithms.
@@ -68,13 +67,13 @@ void ArrowFactor::resize(Index s, Index q, Index m) {
 }
 
 bool ArrowFactor::compute(const GroupPriors& priors,
-                          const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
+                          const Eigen::Ref<const MatrixXd>& curvatures,
                           Index first,
                           double ridge) {
   resize(priors.design(first).shared, priors.design(first).own(), curvatures.cols());
   product_ = 1.0;
   log_determinant_ = 0.0;
-  smallest_pivot_ = std::numeric_limits<double>::infinity();
+  smallest_pivot_ = kInfinity;
   Map complement(group(m_), s_, s_);
   complement.setZero();
   complement.diagonal().setConstant(1.0 + ridge);
@@ -101,7 +100,7 @@ bool ArrowFactor::compute(const GroupPriors& priors,
   return factorize(group(m_), s_, product_, log_determinant_, smallest_pivot_);
 }
 
-void ArrowFactor::solve(Eigen::Ref<Eigen::VectorXd> z) const {
+void ArrowFactor::solve(Eigen::Ref<VectorXd> z) const {
   auto u = z.head(s_);
   Map v(z.data() + s_, q_, m_);
   for (Index k = 0; k < m_ && s_ > 0; ++k) {

@@ -2,10 +2,10 @@
 // The factorized Hessian of the random effects of one cluster of nested groups.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "conditional_modes/group_priors.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
@@ -22,8 +22,8 @@ class ArrowFactor {
   /// \param ridge       added to the diagonal
   /// \returns false if H is not positive definite
   bool compute(const GroupPriors& priors,
-               const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
-               Eigen::Index first = 0,
+               const Eigen::Ref<const MatrixXd>& curvatures,
+               Index first = 0,
                double ridge = 0.0);
 
   double log_determinant() const;
@@ -32,22 +32,22 @@ class ArrowFactor {
   double smallest_pivot() const { return smallest_pivot_; }
   /// Solves H z = right side, in place.
   /// \param z  (s + q m)
-  void solve(Eigen::Ref<Eigen::VectorXd> z) const;
+  void solve(Eigen::Ref<VectorXd> z) const;
   /// The block of H^-1 that belongs to (u, v_k), (s + q x s + q).
-  SmallMatrix inverse_block(Eigen::Index k) const;
+  SmallMatrix inverse_block(Index k) const;
 
  private:
-  using Map = Eigen::Map<Eigen::MatrixXd>;
-  using ConstMap = Eigen::Map<const Eigen::MatrixXd>;
+  using Map = Eigen::Map<MatrixXd>;
+  using ConstMap = Eigen::Map<const MatrixXd>;
   // Each group has a factor (q x q), the block of H for u and v_k (s x q), and (q x s) the solution
   // of its transpose with the factor; the factor for u follows.
-  double* group(Eigen::Index k) { return memory_.data() + k * (q_ * q_ + 2 * s_ * q_); }
-  const double* group(Eigen::Index k) const { return memory_.data() + k * (q_ * q_ + 2 * s_ * q_); }
-  void resize(Eigen::Index s, Eigen::Index q, Eigen::Index m);
+  double* group(Index k) { return memory_.data() + k * (q_ * q_ + 2 * s_ * q_); }
+  const double* group(Index k) const { return memory_.data() + k * (q_ * q_ + 2 * s_ * q_); }
+  void resize(Index s, Index q, Index m);
 
-  Eigen::Index s_ = 0;
-  Eigen::Index q_ = 0;
-  Eigen::Index m_ = 0;
+  Index s_ = 0;
+  Index q_ = 0;
+  Index m_ = 0;
   std::vector<double> memory_;
   double log_determinant_ = 0.0;  ///< without the factors in product_
   double product_ = 1.0;
@@ -56,6 +56,6 @@ class ArrowFactor {
 
 /// The symmetric matrix of a lower triangle stored by columns.
 /// \param triangle  (size (size + 1) / 2)
-SmallMatrix unpacked(const double* triangle, Eigen::Index size);
+SmallMatrix unpacked(const double* triangle, Index size);
 
 }  // namespace silvafit::fit

@@ -3,14 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 // Squared distance to the mode in standard deviations at which a search ends: 1e-9 of one, so that
 // one Newton step suffices after the small changes of which Hessians are computed.
@@ -60,8 +57,8 @@ void ClusterModes::begin(const VectorXd& modes) {
   step_.resize(z_.size());
   density_.resize(sums_.density_count(), end_ - begin_);
   for (Cluster& cluster : clusters_) {
-    cluster.objective = std::numeric_limits<double>::infinity();
-    cluster.decrement = std::numeric_limits<double>::infinity();
+    cluster.objective = kInfinity;
+    cluster.decrement = kInfinity;
     cluster.length = 1.0;
     cluster.is_done = false;
     cluster.has_failed = false;

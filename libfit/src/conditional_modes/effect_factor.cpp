@@ -3,9 +3,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-
 bool EffectFactor::compute(const SparsePattern* pattern,
                            const GroupPriors& priors,
                            const Eigen::Ref<const MatrixXd>& curvatures,

@@ -2,12 +2,12 @@
 // The factorized Hessian of the random effects of one cluster, nested or crossed.
 #pragma once
 
-#include <Eigen/Core>
 #include <memory>
 #include <vector>
 
 #include "conditional_modes/arrow_factor.hpp"
 #include "conditional_modes/sparse_factor.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
@@ -18,8 +18,8 @@ class EffectFactor {
   /// \param pattern  of crossed groups, or null
   bool compute(const SparsePattern* pattern,
                const GroupPriors& priors,
-               const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
-               Eigen::Index first = 0,
+               const Eigen::Ref<const MatrixXd>& curvatures,
+               Index first = 0,
                double ridge = 0.0);
 
   double log_determinant() const {
@@ -28,12 +28,12 @@ class EffectFactor {
   double smallest_pivot() const {
     return sparse_ ? sparse_->factor.smallest_pivot() : arrow_.smallest_pivot();
   }
-  void solve(Eigen::Ref<Eigen::VectorXd> z) const {  // NOLINT: a view, whose values change
+  void solve(Eigen::Ref<VectorXd> z) const {  // NOLINT: a view, whose values change
     sparse_ ? sparse_->factor.solve(z) : arrow_.solve(z);
   }
   /// Prepares inverse_block(); without effect for nested groups.
   void invert();
-  SmallMatrix inverse_block(Eigen::Index k) const {
+  SmallMatrix inverse_block(Index k) const {
     return sparse_ ? sparse_->factor.inverse_block(k) : arrow_.inverse_block(k);
   }
 
@@ -44,7 +44,7 @@ class EffectFactor {
     SparseFactor factor{};
     const SparsePattern* pattern = nullptr;
     std::vector<SmallMatrix> joints{};  ///< the design if all cells share it, else empty
-    Eigen::MatrixXd curvatures{};
+    MatrixXd curvatures{};
     double ridge = 0.0;
     bool is_factorized = false;
     bool is_inverted = false;

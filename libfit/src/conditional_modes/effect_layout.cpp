@@ -5,10 +5,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 EffectLayout::EffectLayout(const NonlinearModel& model)
     : cluster_begin_{0}, places_(model.term_count()) {
   for (const RandomEffects& term : model.specification().random) {

@@ -2,12 +2,12 @@
 // The random effects of all terms and groups as one vector.
 #pragma once
 
-#include <Eigen/Core>
 #include <memory>
 #include <vector>
 
 #include "conditional_modes/sparse_factor.hpp"
 #include "model/small_matrix.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
@@ -19,34 +19,30 @@ class EffectLayout {
  public:
   explicit EffectLayout(const NonlinearModel& model);
 
-  Eigen::Index size() const { return cluster_begin_.back(); }
+  Index size() const { return cluster_begin_.back(); }
   /// First place of a cluster; begin(C) is size().
-  Eigen::Index begin(Eigen::Index cluster) const {
-    return cluster_begin_[static_cast<std::size_t>(cluster)];
-  }
+  Index begin(Index cluster) const { return cluster_begin_[static_cast<std::size_t>(cluster)]; }
   std::size_t terms() const { return counts_.size(); }
   /// Number of effects of a term.
-  Eigen::Index count(std::size_t term) const { return counts_[term]; }
+  Index count(std::size_t term) const { return counts_[term]; }
   /// Number of effects of a cluster.
-  Eigen::Index size_of(Eigen::Index cluster) const { return begin(cluster + 1) - begin(cluster); }
+  Index size_of(Index cluster) const { return begin(cluster + 1) - begin(cluster); }
   /// The pattern of the Hessian of a cluster with crossed terms; null of nested ones.
-  const SparsePattern* pattern(Eigen::Index cluster) const {
+  const SparsePattern* pattern(Index cluster) const {
     return patterns_.empty() ? nullptr : patterns_[static_cast<std::size_t>(cluster)].get();
   }
   /// Number of effects of all terms that act on one group of the model.
-  Eigen::Index joint_count() const { return shared_ + counts_.back(); }
+  Index joint_count() const { return shared_ + counts_.back(); }
   /// First place of the effects of group k of a term.
-  Eigen::Index at(std::size_t term, Eigen::Index k) const {
-    return places_[term][static_cast<std::size_t>(k)];
-  }
+  Index at(std::size_t term, Index k) const { return places_[term][static_cast<std::size_t>(k)]; }
 
   /// The effects of all terms that act on a group of a cluster, from a vector of the cluster.
   /// \param k  the group's number in its cluster
   template <typename Vector>
-  SmallVector of_group(const Vector& of_cluster, Eigen::Index cluster, Eigen::Index k) const {
+  SmallVector of_group(const Vector& of_cluster, Index cluster, Index k) const {
     SmallVector result(joint_count());
     if (const SparsePattern* const crossed = pattern(cluster)) {
-      for (Eigen::Index i = 0; i < result.size(); ++i) {
+      for (Index i = 0; i < result.size(); ++i) {
         result[i] = of_cluster[crossed->place(i, k)];
       }
       return result;
@@ -56,12 +52,9 @@ class EffectLayout {
   }
   /// Adds to the effects of all terms that act on a group.
   template <typename Vector, typename Change>
-  void add_to_group(Vector&& of_cluster,
-                    Eigen::Index cluster,
-                    Eigen::Index k,
-                    const Change& change) const {
+  void add_to_group(Vector&& of_cluster, Index cluster, Index k, const Change& change) const {
     if (const SparsePattern* const crossed = pattern(cluster)) {
-      for (Eigen::Index i = 0; i < change.size(); ++i) {
+      for (Index i = 0; i < change.size(); ++i) {
         of_cluster[crossed->place(i, k)] += change[i];
       }
       return;
@@ -71,18 +64,18 @@ class EffectLayout {
   }
 
   /// (q x G) effects of each term.
-  std::vector<Eigen::MatrixXd> by_term(const Eigen::VectorXd& effects) const;
-  Eigen::VectorXd from_terms(const std::vector<Eigen::MatrixXd>& terms) const;
+  std::vector<MatrixXd> by_term(const VectorXd& effects) const;
+  VectorXd from_terms(const std::vector<MatrixXd>& terms) const;
 
  private:
-  Eigen::Index own(Eigen::Index k) const { return shared_ + k * counts_.back(); }
+  Index own(Index k) const { return shared_ + k * counts_.back(); }
   /// \param size  of the cluster, whose effects have their places already
-  void add_pattern(const NonlinearModel& model, Eigen::Index cluster, Eigen::Index size);
+  void add_pattern(const NonlinearModel& model, Index cluster, Index size);
 
-  std::vector<Eigen::Index> counts_;               ///< (q) of each term
-  Eigen::Index shared_ = 0;                        ///< effects of the terms before the last
-  std::vector<Eigen::Index> cluster_begin_;        ///< (C + 1)
-  std::vector<std::vector<Eigen::Index>> places_;  ///< (G) of each term
+  std::vector<Index> counts_;               ///< (q) of each term
+  Index shared_ = 0;                        ///< effects of the terms before the last
+  std::vector<Index> cluster_begin_;        ///< (C + 1)
+  std::vector<std::vector<Index>> places_;  ///< (G) of each term
   std::vector<std::shared_ptr<const SparsePattern>> patterns_;  ///< of clusters, if crossed
 };
 

@@ -2,11 +2,11 @@
 // The distribution of the random effects of groups before their data are used.
 #pragma once
 
-#include <Eigen/Core>
 #include <utility>
 #include <vector>
 
 #include "model/small_matrix.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
@@ -14,10 +14,10 @@ namespace silvafit::fit {
 /// group change by joint * (u, v), with v its q effects of the last term and u the s effects of the
 /// terms before it, which all groups of its cluster share.
 struct RandomDesign {
-  SmallMatrix joint{};      ///< (r x s + q)
-  Eigen::Index shared = 0;  ///< s
+  SmallMatrix joint{};  ///< (r x s + q)
+  Index shared = 0;     ///< s
 
-  Eigen::Index own() const { return joint.cols() - shared; }  ///< q
+  Index own() const { return joint.cols() - shared; }  ///< q
 };
 
 /// The effects b of group g are offset_g + design_g z_g with independent standard normal effects
@@ -28,20 +28,20 @@ class GroupPriors {
   GroupPriors(const RandomDesign& design) : shared_(&design) {}  // NOLINT: also a prior
   /// \param designs  (G) all with the same number of effects
   /// \param offsets  (r x G)
-  GroupPriors(std::vector<const RandomDesign*> designs, const Eigen::MatrixXd& offsets)
+  GroupPriors(std::vector<const RandomDesign*> designs, const MatrixXd& offsets)
       : designs_(std::move(designs)), offsets_(&offsets) {}
 
   bool is_shared() const { return shared_ != nullptr; }
-  const RandomDesign& design(Eigen::Index group) const {
+  const RandomDesign& design(Index group) const {
     return is_shared() ? *shared_ : *designs_[static_cast<std::size_t>(group)];
   }
   /// Null where all are zero.
-  const Eigen::MatrixXd* offsets() const { return offsets_; }
+  const MatrixXd* offsets() const { return offsets_; }
 
  private:
   const RandomDesign* shared_ = nullptr;
   std::vector<const RandomDesign*> designs_;
-  const Eigen::MatrixXd* offsets_ = nullptr;
+  const MatrixXd* offsets_ = nullptr;
 };
 
 }  // namespace silvafit::fit

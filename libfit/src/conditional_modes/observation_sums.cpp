@@ -10,8 +10,6 @@ namespace silvafit::fit {
 namespace {
 
 using data::Expression;
-using Eigen::Index;
-using Eigen::MatrixXd;
 
 /// Never shrinks memory: if it grows again, it is filled with zeros.
 void enlarge(std::vector<double>& memory, std::size_t count) {
@@ -279,7 +277,7 @@ void ObservationSums::run(const Task& task,
                           workspace.output_columns,
                           workspace.program);
     if (values.held != nullptr) {
-      const Eigen::Map<const Eigen::VectorXd> own(workspace.output_columns.back(), rows);
+      const Eigen::Map<const VectorXd> own(workspace.output_columns.back(), rows);
       values.held->own.segment(row - values.held->first_row, rows) = own;
     }
     const std::size_t segments = workspace.begins.size() - 1;

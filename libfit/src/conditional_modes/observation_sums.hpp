@@ -2,7 +2,6 @@
 // Sums of the observations' terms over the rows of each group.
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,21 +9,22 @@
 #include "conditional_modes/observation_terms.hpp"
 #include "model/row_program.hpp"
 #include "silvafit/data/program.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
 /// The point of evaluation: fixed effects, internal parameters of the variance, log sigma.
 struct ObservationPoint {
-  Eigen::VectorXd beta{};      ///< (p) extended by those with random effects only
-  Eigen::VectorXd variance{};  ///< (m)
+  VectorXd beta{};      ///< (p) extended by those with random effects only
+  VectorXd variance{};  ///< (m)
   double log_sigma = 0.0;
 };
 
 /// Weights 1/(sigma g)^2 of consecutive rows that are held while the effects change.
 struct HeldWeights {
-  Eigen::Index first_row = 0;
-  Eigen::VectorXd held{};  ///< used to evaluate rho
-  Eigen::VectorXd own{};   ///< of the point of the last evaluation
+  Index first_row = 0;
+  VectorXd held{};  ///< used to evaluate rho
+  VectorXd own{};   ///< of the point of the last evaluation
 };
 
 /// Sums over the rows of each group, from which the modes of random effects follow.
@@ -48,15 +48,15 @@ class GroupSums {
   GroupSums(const GroupSums&) = delete;
   GroupSums& operator=(const GroupSums&) = delete;
 
-  Eigen::Index random_count() const { return static_cast<Eigen::Index>(random_.size()); }
-  const std::vector<Eigen::Index>& random() const { return random_; }
+  Index random_count() const { return static_cast<Index>(random_.size()); }
+  const std::vector<Index>& random() const { return random_; }
   bool has_approximation() const { return has_approximation_; }
   bool holds_weights() const { return holds_weights_; }
   /// See ObservationTerms::others.
-  const std::vector<Eigen::Index>& others() const { return others_; }
+  const std::vector<Index>& others() const { return others_; }
   /// Number of the sums of density().
-  Eigen::Index density_count() const {
-    const Eigen::Index r = random_count();
+  Index density_count() const {
+    const Index r = random_count();
     return 1 + r + r * (r + 1) / 2 * (has_approximation_ ? 2 : 1) + (holds_weights_ ? 1 : 0);
   }
   /// Of density (1), by_random (r), curvature (triangle), approximation (triangle, if any), with
@@ -64,28 +64,28 @@ class GroupSums {
   /// a group.
   /// \param effects  (r x G) random effects b of all groups
   /// \param weights  of these groups' rows at least; null unless holds_weights()
-  virtual void density(Eigen::Index first,
-                       Eigen::Index last,
-                       const Eigen::MatrixXd& effects,
-                       Eigen::MatrixXd& sums,
+  virtual void density(Index first,
+                       Index last,
+                       const MatrixXd& effects,
+                       MatrixXd& sums,
                        Workspace& workspace,
                        HeldWeights* weights = nullptr) const = 0;
   /// Of other_random (o r).
-  virtual void mixed(Eigen::Index first,
-                     Eigen::Index last,
-                     const Eigen::MatrixXd& effects,
-                     Eigen::MatrixXd& sums,
+  virtual void mixed(Index first,
+                     Index last,
+                     const MatrixXd& effects,
+                     MatrixXd& sums,
                      Workspace& workspace) const = 0;
 
  protected:
-  explicit GroupSums(std::vector<Eigen::Index> random) : random_(std::move(random)) {}
+  explicit GroupSums(std::vector<Index> random) : random_(std::move(random)) {}
 
   bool has_approximation_ = false;
   bool holds_weights_ = false;
-  std::vector<Eigen::Index> others_;
+  std::vector<Index> others_;
 
  private:
-  std::vector<Eigen::Index> random_;
+  std::vector<Index> random_;
 };
 
 /// Which terms of ObservationTerms are summed, and where each is among a group's sums; m + 1
@@ -96,37 +96,34 @@ class ObservationSums : public GroupSums {
   ObservationSums(const NonlinearModel& model,
                   const VarianceModel& variance,
                   Curvature curvature,
-                  std::vector<Eigen::Index> random,
+                  std::vector<Index> random,
                   bool with_slopes = true);
 
   /// Sets the point at which all sums are evaluated from now on.
   void set_point(const ObservationPoint& point);
 
-  void density(Eigen::Index first,
-               Eigen::Index last,
-               const Eigen::MatrixXd& effects,
-               Eigen::MatrixXd& sums,
+  void density(Index first,
+               Index last,
+               const MatrixXd& effects,
+               MatrixXd& sums,
                Workspace& workspace,
                HeldWeights* weights = nullptr) const override;
-  void mixed(Eigen::Index first,
-             Eigen::Index last,
-             const Eigen::MatrixXd& effects,
-             Eigen::MatrixXd& sums,
+  void mixed(Index first,
+             Index last,
+             const MatrixXd& effects,
+             MatrixXd& sums,
              Workspace& workspace) const override;
   /// Of density (1), density_by_fixed (p), density_by_variance (m + 1).
-  void slopes(Eigen::Index first,
-              Eigen::Index last,
-              const Eigen::MatrixXd& effects,
-              Eigen::MatrixXd& sums,
-              Workspace& workspace) const;
+  void slopes(
+      Index first, Index last, const MatrixXd& effects, MatrixXd& sums, Workspace& workspace) const;
   /// Of penalty_by_random (r), by_other (o), by_variance (m + 1), other_random (o r), and
   /// variance_random ((m + 1) r), for o other coefficients.
   /// \param weights  (triangle x last - first) the matrices M
-  void total(Eigen::Index first,
-             Eigen::Index last,
-             const Eigen::MatrixXd& effects,
-             const Eigen::MatrixXd& weights,
-             Eigen::MatrixXd& sums,
+  void total(Index first,
+             Index last,
+             const MatrixXd& effects,
+             const MatrixXd& weights,
+             MatrixXd& sums,
              Workspace& workspace) const;
 
  private:
@@ -143,20 +140,20 @@ class ObservationSums : public GroupSums {
   /// A parameter of the model that varies by row.
   struct VaryingParameter {
     std::string name{};  ///< of the input
-    Eigen::Index parameter = 0;
+    Index parameter = 0;
     bool at_population = false;  ///< without random effects
   };
 
   Task task_of(const std::vector<data::Expression>& outputs);
   Source source_of(const std::string& name);
-  Source parameter_source(const std::string& name, Eigen::Index parameter, bool at_population);
+  Source parameter_source(const std::string& name, Index parameter, bool at_population);
   Source quantity_source(std::size_t quantity);
   void store_indicators();
   /// What differs by group.
   struct GroupValues {
-    const Eigen::MatrixXd& effects;            ///< (r x G)
-    const Eigen::MatrixXd* weights = nullptr;  ///< one column a group from the first on, or null
-    Eigen::Index first = 0;
+    const MatrixXd& effects;            ///< (r x G)
+    const MatrixXd* weights = nullptr;  ///< one column a group from the first on, or null
+    Index first = 0;
     HeldWeights* held = nullptr;
     std::size_t weight_count() const {
       return weights == nullptr ? 0 : static_cast<std::size_t>(weights->rows());
@@ -164,40 +161,37 @@ class ObservationSums : public GroupSums {
   };
   void run(const Task& task,
            const GroupValues& values,
-           Eigen::Index last,
-           Eigen::MatrixXd& sums,
+           Index last,
+           MatrixXd& sums,
            Workspace& workspace) const;
-  Eigen::Index fill_rows(const GroupValues& values,
-                         Eigen::Index group,
-                         Eigen::Index row,
-                         Eigen::Index rows,
-                         Workspace& workspace) const;
+  Index fill_rows(
+      const GroupValues& values, Index group, Index row, Index rows, Workspace& workspace) const;
   void connect_inputs(const Task& task,
                       const GroupValues& values,
-                      Eigen::Index row,
+                      Index row,
                       Workspace& workspace) const;
   void fill_parameter(const VaryingParameter& varying,
-                      const Eigen::MatrixXd& effects,
-                      Eigen::Index group,
-                      Eigen::Index row,
-                      Eigen::Index rows,
+                      const MatrixXd& effects,
+                      Index group,
+                      Index row,
+                      Index rows,
                       double* target) const;
 
   const NonlinearModel& model_;
   const VarianceModel& variance_;
-  Eigen::Index r_ = 0;
-  std::vector<Eigen::Index> effect_of_;  ///< (p) number of b of a coefficient, -1 for none
+  Index r_ = 0;
+  std::vector<Index> effect_of_;  ///< (p) number of b of a coefficient, -1 for none
   std::vector<VaryingParameter> varying_;
   Task density_;
   Task mixed_;
   Task slopes_;
   Task total_;
-  Eigen::MatrixXd indicators_;  ///< (N x strata of all quantities)
-  std::vector<Eigen::Index> indicator_begin_;
+  MatrixXd indicators_;  ///< (N x strata of all quantities)
+  std::vector<Index> indicator_begin_;
   // Values at the current point.
-  std::vector<double> scalars_;    ///< parameters, quantities, log sigma
-  Eigen::VectorXd beta_;           ///< (p)
-  Eigen::MatrixXd quantity_rows_;  ///< (N x quantities) if some have strata
+  std::vector<double> scalars_;  ///< parameters, quantities, log sigma
+  VectorXd beta_;                ///< (p)
+  MatrixXd quantity_rows_;       ///< (N x quantities) if some have strata
 };
 
 }  // namespace silvafit::fit

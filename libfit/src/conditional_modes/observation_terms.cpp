@@ -12,20 +12,17 @@ namespace silvafit::fit {
 namespace term_names {
 std::string log_sigma() { return "log sigma"; }
 std::string population(const std::string& parameter) { return "population " + parameter; }
-std::string multiplier(Eigen::Index coefficient) {
-  return fmt::format("multiplier {}", coefficient);
-}
-std::string indicator(std::size_t quantity, Eigen::Index stratum) {
+std::string multiplier(Index coefficient) { return fmt::format("multiplier {}", coefficient); }
+std::string indicator(std::size_t quantity, Index stratum) {
   return fmt::format("indicator {} {}", quantity, stratum);
 }
-std::string weight(Eigen::Index i, Eigen::Index j) { return fmt::format("weight {} {}", i, j); }
+std::string weight(Index i, Index j) { return fmt::format("weight {} {}", i, j); }
 std::string held_weight() { return "held weight"; }
 }  // namespace term_names
 
 namespace {
 
 using data::Expression;
-using Eigen::Index;
 
 /// The mean f and its derivatives by the model's parameters up to the third order.
 class MeanDerivatives {

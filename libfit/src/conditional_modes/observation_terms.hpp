@@ -28,11 +28,11 @@ std::string log_sigma();
 /// The value of a parameter without random effects.
 std::string population(const std::string& parameter);
 /// What a coefficient is multiplied by in its parameter.
-std::string multiplier(Eigen::Index coefficient);
+std::string multiplier(Index coefficient);
 /// Whether an observation is in a stratum of a quantity of the variance function.
-std::string indicator(std::size_t quantity, Eigen::Index stratum);
+std::string indicator(std::size_t quantity, Index stratum);
 /// Element (i, j), i >= j, of the matrix M that is multiplied with K; see ObservationTerms.
-std::string weight(Eigen::Index i, Eigen::Index j);
+std::string weight(Index i, Index j);
 /// The weight of an observation that is held.
 std::string held_weight();
 }  // namespace term_names
@@ -51,7 +51,7 @@ struct ModeTerms {
   std::vector<data::Expression> approximation{};  ///< the same of K; empty where it is the same
   /// (o) Coefficients whose derivatives are not those of the random effects on them; all where K
   /// depends on the population's mean.
-  std::vector<Eigen::Index> others{};
+  std::vector<Index> others{};
   std::vector<data::Expression> other_random{};  ///< (o x r by rows) d2 rho / d beta d b'
   /// With held weights: rho with the point's own weight, and this weight. Else empty.
   std::vector<data::Expression> own_weight{};
@@ -61,7 +61,7 @@ struct ModeTerms {
 ModeTerms mode_terms(const NonlinearModel& model,
                      const VarianceModel& variance,
                      Curvature curvature,
-                     const std::vector<Eigen::Index>& random);
+                     const std::vector<Index>& random);
 
 /// Terms of one observation in a marginal likelihood: rho, and c = tr(M K)/2 for a symmetric matrix
 /// M. There are m + 1 parameters of the residual variance, the last of which is log sigma.
@@ -80,6 +80,6 @@ struct ObservationTerms : ModeTerms {
 ObservationTerms observation_terms(const NonlinearModel& model,
                                    const VarianceModel& variance,
                                    Curvature curvature,
-                                   const std::vector<Eigen::Index>& random);
+                                   const std::vector<Index>& random);
 
 }  // namespace silvafit::fit

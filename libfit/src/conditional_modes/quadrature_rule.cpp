@@ -7,10 +7,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 /// The orthonormal Hermite polynomials of degree 0 to K at x.
 VectorXd hermite(int points, double x) {
   VectorXd values(points + 1);

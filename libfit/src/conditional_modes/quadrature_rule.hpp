@@ -2,15 +2,15 @@
 // Gauss-Hermite quadrature over several standard normal variables.
 #pragma once
 
-#include <Eigen/Core>
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
 /// Nodes and weights such that sum w_k f(x_k) is the expectation of f under N(0, I), exactly for
 /// polynomials of degree up to 2 K - 1 in each variable.
 struct QuadratureRule {
-  Eigen::MatrixXd nodes{};    ///< (q x K^q)
-  Eigen::VectorXd weights{};  ///< (K^q) they add up to 1
+  MatrixXd nodes{};    ///< (q x K^q)
+  VectorXd weights{};  ///< (K^q) they add up to 1
 };
 
 /// Each weight has a small relative error: rules of 40 points and more have weights below 1e-30,
@@ -19,6 +19,6 @@ struct QuadratureRule {
 /// \param dimensions  q >= 1
 /// Source: Golub and Welsch 1969, Mathematics of Computation 23, 221-230, for the nodes; weights
 /// are Christoffel numbers.
-QuadratureRule gauss_hermite(int points, Eigen::Index dimensions);
+QuadratureRule gauss_hermite(int points, Index dimensions);
 
 }  // namespace silvafit::fit

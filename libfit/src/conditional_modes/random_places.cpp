@@ -7,8 +7,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-
 std::vector<Index> united(const std::vector<std::vector<Index>>& lists) {
   std::vector<Index> all;
   for (const std::vector<Index>& list : lists) all.insert(all.end(), list.begin(), list.end());
@@ -27,17 +25,17 @@ RandomPlaces::RandomPlaces(std::vector<std::vector<Index>> of_terms)
   }
 }
 
-std::vector<Eigen::MatrixXd> RandomPlaces::no_effects(const NonlinearModel& model) const {
-  std::vector<Eigen::MatrixXd> result;
+std::vector<MatrixXd> RandomPlaces::no_effects(const NonlinearModel& model) const {
+  std::vector<MatrixXd> result;
   for (std::size_t t = 0; t < terms.size(); ++t) {
-    result.emplace_back(Eigen::MatrixXd::Zero(q(t), model.group_count(t)));
+    result.emplace_back(MatrixXd::Zero(q(t), model.group_count(t)));
   }
   return result;
 }
 
-SmallMatrix RandomPlaces::joint(const std::vector<Eigen::MatrixXd>& factors) const {
+SmallMatrix RandomPlaces::joint(const std::vector<MatrixXd>& factors) const {
   Index effects = 0;
-  for (const Eigen::MatrixXd& factor : factors) effects += factor.cols();
+  for (const MatrixXd& factor : factors) effects += factor.cols();
   SmallMatrix result = SmallMatrix::Zero(r(), effects);
   Index column = 0;
   for (std::size_t t = 0; t < factors.size(); ++t) {
@@ -47,7 +45,7 @@ SmallMatrix RandomPlaces::joint(const std::vector<Eigen::MatrixXd>& factors) con
   return result;
 }
 
-void add_placed(const Eigen::MatrixXd& factor,
+void add_placed(const MatrixXd& factor,
                 const std::vector<Index>& rows,
                 Index column,
                 SmallMatrix& sum) {

@@ -8,17 +8,13 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 // Share of numbers that differ from zero from which the last columns are stored as a dense matrix.
 constexpr double kDense = 0.5;
@@ -196,7 +192,7 @@ void SparseFactor::add(Index cell, const SmallMatrix& block) {
 }
 
 bool SparseFactor::factorize() {
-  smallest_pivot_ = std::numeric_limits<double>::infinity();
+  smallest_pivot_ = kInfinity;
   if (!factorize_columns()) return false;
   reduce_dense();
   Dense last = dense(factor_);

@@ -2,10 +2,10 @@
 // The factorized Hessian of the random effects of one cluster of crossed groups.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "model/small_matrix.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
@@ -19,14 +19,12 @@ class SparsePattern {
  public:
   /// \param of_cells  (Q x cells) places of the effects that act on each cell, distinct
   /// \throws UsageError if the factor would have more than 5e8 numbers
-  SparsePattern(Eigen::Index size, Eigen::MatrixXi of_cells);
+  SparsePattern(Index size, Eigen::MatrixXi of_cells);
 
-  Eigen::Index size() const { return size_; }
-  Eigen::Index cells() const { return of_cells_.cols(); }
+  Index size() const { return size_; }
+  Index cells() const { return of_cells_.cols(); }
   /// Place of an effect of a cell.
-  Eigen::Index place(Eigen::Index effect, Eigen::Index cell) const {
-    return of_cells_(effect, cell);
-  }
+  Index place(Index effect, Index cell) const { return of_cells_(effect, cell); }
 
  private:
   friend class SparseFactor;
@@ -39,7 +37,7 @@ class SparsePattern {
   int columns() const { return static_cast<int>(begin_.size()) - 1; }
   int dense() const { return static_cast<int>(size_) - columns(); }
 
-  Eigen::Index size_ = 0;
+  Index size_ = 0;
   Eigen::MatrixXi of_cells_;
   std::vector<int> pivot_;        ///< (n) of each place
   std::vector<int> begin_;        ///< (sparse columns + 1) first number of each
@@ -60,7 +58,7 @@ class SparseFactor {
   /// Sets the matrix to a multiple of the identity.
   void begin(const SparsePattern& pattern, double diagonal);
   /// Adds a matrix for the effects of a cell.
-  void add(Eigen::Index cell, const SmallMatrix& block);
+  void add(Index cell, const SmallMatrix& block);
   /// \returns false if the matrix is not positive definite
   bool factorize();
 
@@ -68,15 +66,15 @@ class SparseFactor {
   /// See ArrowFactor.
   double smallest_pivot() const { return smallest_pivot_; }
   /// Solves H z = right side, in place.
-  void solve(Eigen::Ref<Eigen::VectorXd> z) const;
+  void solve(Eigen::Ref<VectorXd> z) const;
   /// Computes the inverse of the factorized matrix, for inverse_block().
   void invert();
   /// The block of the inverse of a cell's effects.
-  SmallMatrix inverse_block(Eigen::Index cell) const;
+  SmallMatrix inverse_block(Index cell) const;
 
  private:
-  using Dense = Eigen::Map<Eigen::MatrixXd>;
-  using ConstDense = Eigen::Map<const Eigen::MatrixXd>;
+  using Dense = Eigen::Map<MatrixXd>;
+  using ConstDense = Eigen::Map<const MatrixXd>;
   Dense dense(std::vector<double>& of) const {
     const int size = pattern_->dense();
     return {of.data() + pattern_->begin_.back(), size, size};

@@ -9,9 +9,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::VectorXd;
-
 /// The direction of length one in which one coefficient grows and no other changes.
 VectorXd direction_of(const LikelihoodSurface& surface, Index coefficient) {
   const SurfaceLayout& layout = surface.layout();

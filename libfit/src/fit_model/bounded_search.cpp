@@ -9,11 +9,12 @@
 
 #include "optimization/tolerances.hpp"
 #include "optimum_search/chosen_optimum.hpp"
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
 namespace {
 
-constexpr double kNone = -std::numeric_limits<double>::infinity();
+constexpr double kNone = -kInfinity;
 /// Maximum number of sets of held coefficients: all 3^4 of four coefficients, of more the most
 /// promising.
 constexpr std::size_t kMostSets = 81;
@@ -40,7 +41,7 @@ HeldValues without(HeldValues held, const std::string& name) {
 }  // namespace
 
 FitResult BoundedSearch::run() {
-  open({}, std::numeric_limits<double>::infinity());
+  open({}, kInfinity);
   while (!open_.empty() && outcomes_.size() < kMostSets) {
     const Branch branch = take_most_promising();
     if (!can_be_better(branch.limit)) break;
@@ -105,7 +106,7 @@ void BoundedSearch::branch_from(const Candidate& at, double limit) {
   }
   // The parent sets may hold coefficients that should be free.
   for (const std::string& name : at.rising) {
-    open(without(at.held, name), std::numeric_limits<double>::infinity());
+    open(without(at.held, name), kInfinity);
   }
 }
 

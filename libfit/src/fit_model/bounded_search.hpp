@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <functional>
-#include <limits>
 #include <map>
 #include <optional>
 #include <set>
@@ -12,6 +11,7 @@
 #include <vector>
 
 #include "fit_model/bound_slopes.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 
 namespace silvafit::fit {
@@ -60,8 +60,7 @@ class BoundedSearch {
   /// A set of held coefficients that has not been fitted yet.
   struct Branch {
     HeldValues held{};
-    double limit =
-        std::numeric_limits<double>::infinity();  ///< upper limit of the log-likelihood of its fits
+    double limit = kInfinity;  ///< upper limit of the log-likelihood of its fits
   };
   /// Results of the sets that were fitted.
   struct Outcome {

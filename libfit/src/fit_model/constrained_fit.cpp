@@ -19,9 +19,6 @@ namespace silvafit::fit {
 namespace {
 
 using data::Expression;
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 using Values = std::map<std::string, double>;
 
 /// Values of all coefficients: of the held ones their values, of the others those given.
@@ -66,18 +63,15 @@ FitResult expanded(FitResult result, const ModelSpecification& whole, const Valu
 FitResult impossible(const ModelSpecification& whole, const Values& held, const Error& reason) {
   FitResult result{.fit = FittedModel(whole)};
   FittedModel& fit = result.fit;
-  const auto p = static_cast<Index>(whole.coefficient_names().size() - held.size());
-  fit.estimate = VectorXd::Constant(p, kNaN);
-  fit.covariance = MatrixXd::Constant(p, p, kNaN);
-  fit.degrees_of_freedom = fit.estimate;
-  fit.log_likelihood = kNaN;
+  fit.set_missing(whole);
+  fit.estimate = with_held_values(fit.coefficient_names, held, fit.estimate);
   std::vector<std::string> values;
   for (const auto& [name, value] : held) values.push_back(name + " = " + data::shortest(value));
   fit.convergence.conclude(
       ConvergenceStatus::kNoStartValues,
       {.kind = Finding::Kind::kHeldImpossible,
        .names = {fmt::format("{}", fmt::join(values, " and ")), std::string(reason.what())}});
-  return expanded(std::move(result), whole, held);
+  return result;
 }
 
 void check_bounds(const ModelSpecification& specification, const FitModelOptions& options) {

@@ -12,9 +12,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::VectorXd;
-
 /// Parameters that the caller has named: those of the options' coefficients, b of b:C.
 std::set<std::string> known_parameters(const FitModelOptions& options) {
   std::set<std::string> names;

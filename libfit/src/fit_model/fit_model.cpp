@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <utility>
 
 #include "fit_model/constrained_fit.hpp"
@@ -15,16 +14,14 @@
 #include "least_squares/start_search.hpp"
 #include "least_squares/variable_projection.hpp"
 #include "likelihood/effect_posteriors.hpp"
-#include "likelihood/integration_method.hpp"
 #include "lindstrom_bates/lindstrom_bates_search.hpp"
 #include "marginal_likelihood/marginal_fit.hpp"
-#include "mixed_effects/crossed_checks.hpp"
 #include "model/held_coefficients.hpp"
 #include "model/response_fingerprint.hpp"
 #include "optimization/tolerances.hpp"
 #include "optimum_search/optimum_search.hpp"
 #include "result/earlier_fit.hpp"
-#include "result/estimated_terms.hpp"
+#include "result/group_coefficients.hpp"
 #include "result/variance_shares.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
@@ -33,10 +30,6 @@
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 void check_method(const ModelSpecification& specification, Method method, bool reml) {
   if (!specification.random.empty() && !is_mixed(method)) {
@@ -74,6 +67,39 @@ void check_start(const ModelSpecification& specification,
   }
 }
 
+/// Checks that each crossed term has several groups, and fewer random effects than there are rows.
+/// \throws InputError that names the term, its groups and the rows
+void check_crossed_groups(const NonlinearModel& model) {
+  if (model.crossed() == nullptr) return;
+  for (std::size_t t = 0; t < model.term_count(); ++t) {
+    const RandomEffects& term = model.specification().random[t];
+    const Index groups = model.group_count(t);
+    const Index effects = groups * std::ssize(term.coefficients);
+    const std::string of = fmt::format("`{} | {}`", term.text(), term.group_text());
+    const Place place{.file = model.place(0).file, .column = term.group};
+    if (groups < 2) {
+      throw InputError(
+          fmt::format("{}: all {} rows are in the group '{}', so that the variance between groups "
+                      "cannot be estimated; remove the term",
+                      of,
+                      model.observations(),
+                      model.group_labels(t).front()),
+          place);
+    }
+    if (effects >= model.observations()) {
+      throw InputError(
+          fmt::format("{}: {} groups have {} random effects, as many as the {} rows or more, so "
+                      "that effects and residuals cannot be distinguished; remove effects, or use "
+                      "coarser groups",
+                      of,
+                      groups,
+                      effects,
+                      model.observations()),
+          place);
+    }
+  }
+}
+
 std::vector<ColumnRange> ranges_of(const NonlinearModel& model) {
   std::vector<ColumnRange> ranges;
   for (const std::string& name : model.specification().predictors()) {
@@ -95,13 +121,12 @@ FitResult described(const NonlinearModel& model, Method method, const FitModelOp
   fit.observations = model.observations();
   fit.excluded = static_cast<Index>(model.excluded());
   fit.response_fingerprint = response_fingerprint(model.response());
-  fit.coefficient_names = model.coefficient_names();
   fit.ranges = ranges_of(model);
   for (const auto& [column, labels] : model.levels()) {
     fit.levels.push_back({.column = column, .labels = {labels.begin(), labels.end()}});
   }
-  fit.variance = VarianceEstimate::missing(model.specification().variance);
-  fit.random = missing_terms(model);
+  name_terms(model, fit);
+  fit.set_missing(model.specification());
   result.rows = model.rows();
   return result;
 }
@@ -137,8 +162,7 @@ void report_failed_start(FitResult& result, LeastSquaresFit&& least_squares) {
   take_over(result, std::move(least_squares));
   FittedModel& fit = result.fit;
   fit.covariance.setConstant(kNaN);
-  fit.sigma = kNaN;
-  fit.log_likelihood = kNaN;
+  fit.sigma = fit.log_likelihood = kNaN;
   fit.parameter_count = 0;
   fit.variance = VarianceEstimate::missing(fit.specification.variance);
   fit.convergence = {
@@ -166,18 +190,12 @@ void compute_statistics(FitResult& result, const NonlinearModel& model) {
   fit.r2_conditional = shares.conditional;
 }
 
-MarginalOptions marginal_options(const NonlinearModel& model, const FitModelOptions& options) {
-  return {.starts = complete_starts(model, options.start),
-          .quadrature_points = options.quadrature_points,
-          .trace = options.trace};
-}
-
-MixedEffectsOptions alternation_options(const NonlinearModel& model,
-                                        const FitModelOptions& options) {
+MixedEffectsOptions mixed_options(const NonlinearModel& model, const FitModelOptions& options) {
   return {.starts = complete_starts(model, options.start),
           .maximum_iterations = options.maximum_iterations,
           .reml = options.reml,
           .is_brief = options.effort == SearchEffort::kBrief,
+          .quadrature_points = options.quadrature_points,
           .trace = options.trace};
 }
 
@@ -191,7 +209,7 @@ MixedEffectsFit fit_correlated(const NonlinearModel& model,
                                const LeastSquaresFit& pooled,
                                Method method,
                                const FitModelOptions& options) {
-  MixedEffectsOptions alternation = alternation_options(model, options);
+  MixedEffectsOptions alternation = mixed_options(model, options);
   MixedEffectsFit fit = fit_lindstrom_bates(model, pooled.estimate, alternation);
   if (model.specification().random.empty() || options.effort == SearchEffort::kBrief) return fit;
   const MixedEffectsFit independent =
@@ -208,20 +226,13 @@ MixedEffectsFit fit_mixed(const NonlinearModel& model,
                           Method method,
                           const FitModelOptions& options) {
   if (model.specification().correlation) return fit_correlated(model, pooled, method, options);
-  const auto integration = integration_of(method);
   if (options.effort == SearchEffort::kThorough) {
-    return search_optimum(model,
-                          pooled,
-                          {.integration = integration,
-                           .linearized = alternation_options(model, options),
-                           .marginal = marginal_options(model, options),
-                           .spread_starts = options.spread_starts,
-                           .wishes = {.start = options.start, .bounds = options.bounds}});
+    return search_optimum(model, pooled, method, mixed_options(model, options), options);
   }
-  if (integration) {
-    return fit_marginal(model, pooled.estimate, *integration, marginal_options(model, options));
+  if (is_marginal(method)) {
+    return fit_marginal(model, pooled.estimate, method, mixed_options(model, options));
   }
-  return fit_lindstrom_bates(model, pooled.estimate, alternation_options(model, options));
+  return fit_lindstrom_bates(model, pooled.estimate, mixed_options(model, options));
 }
 
 /// The fit that starts from an earlier one; no value if there is none, or it does not converge.
@@ -231,10 +242,10 @@ std::optional<MixedEffectsFit> fit_from_earlier(const NonlinearModel& model,
   if (options.from == nullptr || method == Method::kOrdinary) return std::nullopt;
   const std::optional<MixedEffectsFit> start = as_start(*options.from, model);
   if (!start) return std::nullopt;
-  if (const auto integration = integration_of(method)) {
-    return refit_marginal(model, *start, *integration, marginal_options(model, options));
+  if (is_marginal(method)) {
+    return refit_marginal(model, *start, method, mixed_options(model, options));
   }
-  return refit_lindstrom_bates(model, *start, alternation_options(model, options));
+  return refit_lindstrom_bates(model, *start, mixed_options(model, options));
 }
 
 /// Start values by coefficient of the whole model; held coefficients need none. Values that the
@@ -312,27 +323,9 @@ FitResult fit_nearby(const NonlinearModel& model,
     take_over(result, *std::move(found));
     return with_statistics(std::move(result), model);
   }
-  FittedModel& fit = result.fit;
-  const Index p = model.coefficient_count();
-  fit.estimate = fit.degrees_of_freedom = VectorXd::Constant(p, kNaN);
-  fit.covariance = MatrixXd::Constant(p, p, kNaN);
-  fit.sigma = fit.log_likelihood = kNaN;
-  fit.convergence.conclude(ConvergenceStatus::kMaximumNotReached,
-                           {.kind = Finding::Kind::kNoneFromStart});
+  result.fit.convergence.conclude(ConvergenceStatus::kMaximumNotReached,
+                                  {.kind = Finding::Kind::kNoneFromStart});
   return result;
-}
-
-}  // namespace
-
-namespace {
-
-bool is_inside(const NonlinearModel& model,
-               const VectorXd& point,
-               const std::map<std::string, Bounds>& bounds) {
-  return std::ranges::all_of(bounds, [&](const auto& bound) {
-    const double value = point[model.coefficient_index(bound.first)];
-    return value >= bound.second.low && value <= bound.second.high;
-  });
 }
 
 /// The best known optimum within the bounds: of the fit without bounds, of pooled least squares, or
@@ -347,10 +340,10 @@ std::optional<VectorXd> known_point_inside(const NonlinearModel& model,
   std::ranges::move(pooled.other_minima, std::back_inserter(points));
   for (const VectorXd& point : points) {
     if (point.size() != model.coefficient_count() || !point.allFinite()) continue;
-    if (is_inside(model, point, bounds)) return point;
+    if (is_inside(model.coefficient_names(), point, bounds)) return point;
     for (const Exchange& exchange : exchanges(model, point, {})) {
       VectorXd other = exchange.of(point);
-      if (is_inside(model, other, bounds)) return other;
+      if (is_inside(model.coefficient_names(), other, bounds)) return other;
     }
   }
   return std::nullopt;
@@ -384,10 +377,10 @@ std::map<std::string, double> start_beyond_infinity(const NonlinearModel& model,
                             });
   if (!is_unbounded) return {};
   ProjectedModel projected(model);
-  std::vector<std::pair<double, Eigen::VectorXd>> curves;  // log sum of squares, coefficients
-  double closest = std::numeric_limits<double>::infinity();
+  std::vector<std::pair<double, VectorXd>> curves;  // log sum of squares, coefficients
+  double closest = kInfinity;
   for (double share = 1.0; share > 1e-15; share /= 10.0) {
-    Eigen::VectorXd here = fit.estimate;
+    VectorXd here = fit.estimate;
     for (Index j = 0; j < here.size(); ++j) {
       const std::string& name = fit.coefficient_names[static_cast<std::size_t>(j)];
       if (fit.convergence.has(Evidence::Kind::kUnbounded, name)) here[j] *= -share;

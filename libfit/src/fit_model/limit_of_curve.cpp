@@ -16,10 +16,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 /// The covariance of the coefficients by the expected information of the population's curve.
 MatrixXd covariance_at_population(const NonlinearModel& model, const FitResult& result) {
   const FittedModel& fit = result.fit;

@@ -8,7 +8,6 @@
 #include "model/symmetric_eigen.hpp"
 #include "optimization/curvature_certificate.hpp"
 #include "optimization/quasi_newton.hpp"
-#include "result/estimated_terms.hpp"
 #include "result/group_coefficients.hpp"
 #include "silvafit/base/constants.hpp"
 
@@ -93,8 +92,7 @@ ConfoundedVariances confounded_variances(const SurfaceSetting& setting) {
                       .is_restricted = setting.fit.reml};
   point.coefficients = coefficient_effects(setting.fit, setting.model).colwise() +
                        setting.model.extended(setting.estimate);
-  NonlinearModel::Workspace workspace;
-  setting.model.evaluate(point.coefficients, point.fitted, nullptr, workspace);
+  point.fitted = setting.model.mean_at(point.coefficients);
   const ResidualScale scale = setting.variance.scale(point.fitted, setting.internal, false);
   point.residual_sd = std::exp(setting.log_sigma) * scale.weight.rsqrt();
   return confounded_variances(setting.model, setting.variance, point);

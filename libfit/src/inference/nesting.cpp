@@ -11,7 +11,6 @@
 
 #include "inference/comparable_likelihoods.hpp"
 #include "inference/grouping_agreement.hpp"
-#include "mixed_effects/constant_variance.hpp"
 #include "silvafit/data/table.hpp"
 #include "variance/variance_kind.hpp"
 

@@ -14,9 +14,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::VectorXd;
-
 Exchange identity(Index size) {
   Exchange result{.factor = VectorXd::Ones(size), .offset = VectorXd::Zero(size)};
   for (Index i = 0; i < size; ++i) result.from.push_back(i);
@@ -243,21 +240,19 @@ VectorXd with_nearest_phases(const NonlinearModel& model,
 
 VectorXd with_usual_phases(const NonlinearModel& model, const VectorXd& coefficients) {
   VectorXd result = coefficients;
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  VectorXd shifted_mean;
   for (const PhaseCoefficient& phase : phase_coefficients(model, coefficients)) {
     const double shift = std::clamp(0.0, phase.lowest_shift, phase.highest_shift);
     const double periods = std::round(shift / phase.period);
     if (std::abs(periods) <= 1.0) continue;
     VectorXd shifted = result;
     shifted[phase.coefficient] += periods * phase.period;
-    model.evaluate(result, mean, nullptr, workspace);
-    model.evaluate(shifted, shifted_mean, nullptr, workspace);
+    const VectorXd mean = model.mean_at(result);
     // The coefficient may also be outside the sine. The rounding error is that of its large value.
     const double rounding =
         std::max(1e-9, 1e-15 * std::abs(result[phase.coefficient]) / phase.period);
-    if ((shifted_mean - mean).norm() <= rounding * mean.norm()) result = std::move(shifted);
+    if ((model.mean_at(shifted) - mean).norm() <= rounding * mean.norm()) {
+      result = std::move(shifted);
+    }
   }
   return result;
 }

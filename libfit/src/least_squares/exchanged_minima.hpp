@@ -2,21 +2,21 @@
 // Minima at which terms of the formula are exchanged.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "least_squares/periodic_coefficients.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
 
 /// An exchange of coefficients: coefficient i becomes offset[i] + factor[i] * coefficient from[i].
 struct Exchange {
-  std::vector<Eigen::Index> from{};
-  Eigen::VectorXd factor{};  ///< 1 or -1
-  Eigen::VectorXd offset{};
+  std::vector<Index> from{};
+  VectorXd factor{};  ///< 1 or -1
+  VectorXd offset{};
 
-  Eigen::VectorXd of(const Eigen::VectorXd& coefficients) const;
+  VectorXd of(const VectorXd& coefficients) const;
   /// Whether a phase is shifted.
   bool is_shift() const { return (factor.array() > 0.0 && offset.array() != 0.0).any(); }
 };
@@ -33,39 +33,37 @@ struct Exchange {
 /// \param minimum  (p) coefficients of a fit; there are no exchanges of more than ten
 /// \param varying  numbers of the coefficients with random effects
 std::vector<Exchange> exchanges(const NonlinearModel& model,
-                                const Eigen::VectorXd& minimum,
-                                const std::vector<Eigen::Index>& varying);
+                                const VectorXd& minimum,
+                                const std::vector<Index>& varying);
 
 /// The coefficients after each exchange.
-std::vector<Eigen::VectorXd> exchanged_minima(const NonlinearModel& model,
-                                              const Eigen::VectorXd& minimum);
+std::vector<VectorXd> exchanged_minima(const NonlinearModel& model, const VectorXd& minimum);
 
 /// Of a minimum and those with the same mean after an exchange, the one nearest to a start.
 /// \param start  (p)
-Eigen::VectorXd nearest_minimum(const NonlinearModel& model,
-                                const Eigen::VectorXd& minimum,
-                                const Eigen::VectorXd& start);
+VectorXd nearest_minimum(const NonlinearModel& model,
+                         const VectorXd& minimum,
+                         const VectorXd& start);
 
 /// The same mean with each phase of a sine as near to another one as shifts by half periods, with a
 /// change of sign of another coefficient, allow.
 /// \param to  (p) coefficients with the other phases
-Eigen::VectorXd with_nearest_phases(const NonlinearModel& model,
-                                    const Eigen::VectorXd& coefficients,
-                                    const Eigen::VectorXd& to);
+VectorXd with_nearest_phases(const NonlinearModel& model,
+                             const VectorXd& coefficients,
+                             const VectorXd& to);
 
 /// The same mean with the signs of other coefficients, as far as half periods of phases change
 /// them: -A*cos(x - t) is A*cos(x - t + pi). \param to  (p) coefficients with the signs
-Eigen::VectorXd with_signs_of(const NonlinearModel& model,
-                              const Eigen::VectorXd& coefficients,
-                              const Eigen::VectorXd& to);
+VectorXd with_signs_of(const NonlinearModel& model,
+                       const VectorXd& coefficients,
+                       const VectorXd& to);
 
 /// The same mean with each phase of a sine near the observations. A descent that passes a zero
 /// amplitude, where the phase is not determined, may end many periods away.
-Eigen::VectorXd with_usual_phases(const NonlinearModel& model, const Eigen::VectorXd& coefficients);
+VectorXd with_usual_phases(const NonlinearModel& model, const VectorXd& coefficients);
 
 /// Minima with two locations on the axis of a column exchanged, to which a descent adapts the other
 /// coefficients.
-std::vector<Eigen::VectorXd> exchanged_locations(const NonlinearModel& model,
-                                                 const Eigen::VectorXd& minimum);
+std::vector<VectorXd> exchanged_locations(const NonlinearModel& model, const VectorXd& minimum);
 
 }  // namespace silvafit::fit

@@ -5,10 +5,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 MatrixXd triangle_of(const MatrixXd& jacobian, const VectorXd& lengths, const VectorXd& residuals) {
   constexpr Index kRows = 512;
   const Index p = jacobian.cols();

@@ -2,9 +2,10 @@
 // The Jacobian of the mean as orthogonal and triangular factors, and coefficients not identifiable.
 #pragma once
 
-#include <Eigen/Core>
 #include <Eigen/QR>
 #include <vector>
+
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
@@ -14,9 +15,7 @@ namespace silvafit::fit {
 /// \param jacobian   (N x p), finite
 /// \param lengths    (p), positive
 /// \param residuals  (N) r, or empty for zeros
-Eigen::MatrixXd triangle_of(const Eigen::MatrixXd& jacobian,
-                            const Eigen::VectorXd& lengths,
-                            const Eigen::VectorXd& residuals);
+MatrixXd triangle_of(const MatrixXd& jacobian, const VectorXd& lengths, const VectorXd& residuals);
 
 /// J = Q R with pivoting, in coefficients of equal column length. Q is not kept: J may have as many
 /// rows as there is memory for.
@@ -29,27 +28,27 @@ class JacobianFactors {
 
   /// \param jacobian   (N x p), finite
   /// \param residuals  (N) r, or empty
-  explicit JacobianFactors(const Eigen::MatrixXd& jacobian,
+  explicit JacobianFactors(const MatrixXd& jacobian,
                            double tolerance = kRankTolerance,
-                           const Eigen::VectorXd& residuals = {});
+                           const VectorXd& residuals = {});
 
-  Eigen::Index rank() const { return qr_.rank(); }
+  Index rank() const { return qr_.rank(); }
 
   /// (rank) Q' r
-  const Eigen::VectorXd& projected() const { return projected_; }
+  const VectorXd& projected() const { return projected_; }
 
   /// (p x k) changes of the coefficients for (rank x k) changes in u.
-  Eigen::MatrixXd to_coefficients(const Eigen::MatrixXd& u) const;
+  MatrixXd to_coefficients(const MatrixXd& u) const;
 
   /// Coefficients with a component in a direction that does not change the mean.
-  std::vector<Eigen::Index> confounded() const;
+  std::vector<Index> confounded() const;
 
  private:
-  Eigen::MatrixXd triangle() const { return qr_.matrixQR().topLeftCorner(rank(), rank()); }
+  MatrixXd triangle() const { return qr_.matrixQR().topLeftCorner(rank(), rank()); }
 
-  Eigen::VectorXd scale_;
-  Eigen::VectorXd projected_;
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr_;  ///< of the triangle that blocks of rows leave
+  VectorXd scale_;
+  VectorXd projected_;
+  Eigen::ColPivHouseholderQR<MatrixXd> qr_;  ///< of the triangle that blocks of rows leave
 };
 
 }  // namespace silvafit::fit

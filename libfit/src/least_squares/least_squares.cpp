@@ -21,10 +21,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 /// Sums of squares with a smaller relative difference belong to the same minimum.
 constexpr double kSameMinimum = 1e-10;
 /// From this number of observations on, descents begin on a sample.
@@ -68,7 +64,7 @@ std::vector<VectorXd> nearer_starts(const NonlinearModel& model,
 
 /// The lowest minimum that was found, and others.
 struct Minima {
-  Descent lowest{.sum_of_squares = std::numeric_limits<double>::infinity()};
+  Descent lowest{.sum_of_squares = kInfinity};
   std::vector<VectorXd> others{};  ///< (p) each, from low to high
 };
 
@@ -77,10 +73,7 @@ struct Minima {
 double rounding_of(const ProjectedModel& projected, const Descent& descent) {
   constexpr double kLeast = 1e-8;
   constexpr double kDigits = 8.0 * std::numeric_limits<double>::epsilon();
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd jacobian;
-  projected.model().evaluate(descent.coefficients, mean, &jacobian, workspace);
+  const MatrixXd jacobian = projected.model().curve_at(descent.coefficients).jacobian;
   const VectorXd nonlinear = projected.nonlinear_part(descent.coefficients);
   const double moved =
       kDigits * (jacobian(Eigen::all, projected.split().nonlinear) * nonlinear.asDiagonal()).norm();
@@ -280,8 +273,7 @@ LeastSquaresFit empty_fit(const NonlinearModel& model) {
 /// A model whose coefficients are all held.
 LeastSquaresFit evaluated(const NonlinearModel& model) {
   LeastSquaresFit fit = empty_fit(model);
-  NonlinearModel::Workspace workspace;
-  model.evaluate(fit.estimate, fit.fitted, nullptr, workspace);
+  fit.fitted = model.mean_at(fit.estimate);
   if (!fit.fitted.allFinite()) {
     fit.convergence = no_start();
     return fit;
@@ -289,7 +281,7 @@ LeastSquaresFit evaluated(const NonlinearModel& model) {
   fit.sum_of_squares = (model.response() - fit.fitted).squaredNorm();
   fit.sigma = std::sqrt(fit.sum_of_squares / fit.residual_degrees_of_freedom());
   fit.log_likelihood = is_exact(model, fit.sum_of_squares)
-                           ? std::numeric_limits<double>::infinity()
+                           ? kInfinity
                            : least_squares_log_likelihood(fit.sum_of_squares, fit.observations);
   fit.convergence = {.status = ConvergenceStatus::kConverged,
                      .findings = {{.kind = Finding::Kind::kAllHeld}}};
@@ -334,8 +326,8 @@ LeastSquaresFit described(const NonlinearModel& model,
   const bool exact = is_exact(model, point.sum_of_squares);
   const double freedom = fit.residual_degrees_of_freedom();
   if (freedom > 0.0) fit.sigma = std::sqrt(point.sum_of_squares / freedom);
-  fit.log_likelihood = exact ? std::numeric_limits<double>::infinity()
-                             : least_squares_log_likelihood(point.sum_of_squares, fit.observations);
+  fit.log_likelihood =
+      exact ? kInfinity : least_squares_log_likelihood(point.sum_of_squares, fit.observations);
   if (point.finite) fit.covariance = fit.sigma * fit.sigma * point.unscaled_covariance;
   fit.convergence = judge(model, point, exact);
   fit.convergence.iterations = minimum.iterations + point.iterations;
@@ -362,10 +354,7 @@ VectorXd spread_constants(const NonlinearModel& model,
                           const NonlinearModel& pooled,
                           const VectorXd& constants) {
   VectorXd coefficients = VectorXd::Zero(model.coefficient_count());
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd weights;
-  pooled.evaluate(constants, mean, &weights, workspace);
+  const MatrixXd weights = pooled.curve_at(constants).jacobian;
   for (Index k = 0; k < constants.size(); ++k) {
     std::vector<Index> members = model.design().coefficients_of(k);
     std::erase_if(members, [&](Index j) { return j >= coefficients.size(); });

@@ -10,10 +10,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 constexpr Index kBlock = 1024;  // rows at a time
 
 /// (rows x K) values of the model's parameters.
@@ -91,10 +87,7 @@ MatrixXd residual_curvature(const NonlinearModel& model,
 }
 
 MatrixXd least_squares_hessian(const NonlinearModel& model, const VectorXd& coefficients) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd jacobian;
-  model.evaluate(coefficients, mean, &jacobian, workspace);
+  const auto [mean, jacobian] = model.curve_at(coefficients);
   return jacobian.transpose() * jacobian -
          residual_curvature(model, coefficients, model.response() - mean);
 }

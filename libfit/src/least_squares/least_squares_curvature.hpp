@@ -2,8 +2,7 @@
 // The exact Hessian of a sum of squares, from symbolic second derivatives of the mean.
 #pragma once
 
-#include <Eigen/Core>
-
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
@@ -12,13 +11,12 @@ namespace silvafit::fit {
 /// Hessian omits.
 /// \param coefficients  (p) the same for all groups
 /// \param residuals     (N) r
-Eigen::MatrixXd residual_curvature(const NonlinearModel& model,
-                                   const Eigen::VectorXd& coefficients,
-                                   const Eigen::VectorXd& residuals);
+MatrixXd residual_curvature(const NonlinearModel& model,
+                            const VectorXd& coefficients,
+                            const VectorXd& residuals);
 
 /// (p x p) the Hessian of half the sum of squared residuals, J'J - sum r f''.
 /// \param coefficients  (p) the same for all groups
-Eigen::MatrixXd least_squares_hessian(const NonlinearModel& model,
-                                      const Eigen::VectorXd& coefficients);
+MatrixXd least_squares_hessian(const NonlinearModel& model, const VectorXd& coefficients);
 
 }  // namespace silvafit::fit

@@ -12,13 +12,10 @@
 #include "least_squares/jacobian_factors.hpp"
 #include "least_squares/least_squares_curvature.hpp"
 #include "optimization/kinked_minimum.hpp"
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr int kMaximumSteps = 20;
@@ -130,8 +127,8 @@ class Refinement {
         factors().to_coefficients(MatrixXd::Identity(factors().rank(), factors().rank()));
     point_.unscaled_covariance = root * root.transpose();
     for (const Index i : point_.confounded) {
-      point_.unscaled_covariance.row(i).setConstant(std::numeric_limits<double>::quiet_NaN());
-      point_.unscaled_covariance.col(i).setConstant(std::numeric_limits<double>::quiet_NaN());
+      point_.unscaled_covariance.row(i).setConstant(kNaN);
+      point_.unscaled_covariance.col(i).setConstant(kNaN);
     }
   }
 

@@ -2,18 +2,18 @@
 // The last digits of a least-squares solution, and the evidence that it is one.
 #pragma once
 
-#include <Eigen/Core>
 #include <optional>
 #include <vector>
 
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
 
 /// A point and the properties of the sum of squares around it. s^2 is SSE/(n - p).
 struct NewtonPoint {
-  Eigen::VectorXd coefficients{};  ///< (p)
-  Eigen::VectorXd mean{};          ///< (N)
+  VectorXd coefficients{};  ///< (p)
+  VectorXd mean{};          ///< (N)
   double sum_of_squares = 0.0;
   bool finite = true;  ///< false where the Jacobian is not
   int iterations = 0;
@@ -26,15 +26,15 @@ struct NewtonPoint {
   bool positive_curvature = false;
   int rank = 0;
   /// Coefficients that are not identifiable; none if there is no Jacobian.
-  std::vector<Eigen::Index> confounded{};
+  std::vector<Index> confounded{};
   /// (p x p) (J'J)^-1, NaN in the rows and columns of confounded coefficients.
-  Eigen::MatrixXd unscaled_covariance{};
+  MatrixXd unscaled_covariance{};
   /// Coefficients in which the sum of squares has a kink at the point.
-  std::vector<Eigen::Index> kinked{};
+  std::vector<Index> kinked{};
 };
 
 /// Newton steps from a point near the optimum, as long as they are improvements.
-NewtonPoint refine(const NonlinearModel& model, const Eigen::VectorXd& coefficients);
+NewtonPoint refine(const NonlinearModel& model, const VectorXd& coefficients);
 
 /// The same without a step.
 NewtonPoint evidence_at(const NonlinearModel& model, const Eigen::VectorXd& coefficients);
@@ -49,6 +49,6 @@ std::optional<NewtonPoint> minimum_at_kinks(const NonlinearModel& model, const N
 bool is_converged(const NewtonPoint& point);
 
 /// Number of columns that are not sums of others.
-Eigen::Index numerical_rank(const Eigen::MatrixXd& jacobian);
+Index numerical_rank(const MatrixXd& jacobian);
 
 }  // namespace silvafit::fit

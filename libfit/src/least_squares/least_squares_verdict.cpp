@@ -4,18 +4,15 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "least_squares/jacobian_factors.hpp"
 #include "least_squares/variable_projection.hpp"
 #include "optimization/candidate_points.hpp"
+#include "silvafit/base/constants.hpp"
 #include "verdict/thresholds.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::VectorXd;
 
 /// The change of the mean, as a length over all observations in units of each, when a coefficient
 /// becomes zero and those adapt in which the mean is linear together with it; infinite if it is not
@@ -25,15 +22,10 @@ double change_without(const NonlinearModel& model,
                       const VectorXd& coefficients,
                       Index coefficient,
                       const VectorXd& units) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  VectorXd mean_without;
-  Eigen::MatrixXd others;
   VectorXd without = coefficients;
   without[coefficient] = 0.0;
-  model.evaluate(coefficients, mean, nullptr, workspace);
-  model.evaluate(without, mean_without, &others, workspace);
-  const VectorXd change = (mean - mean_without).cwiseQuotient(units);
+  auto [mean_without, others] = model.curve_at(without);
+  const VectorXd change = (model.mean_at(coefficients) - mean_without).cwiseQuotient(units);
   const bool is_linear = model.is_bilinear(coefficient, coefficient);
   std::vector<Index> adapting;
   for (Index j = 0; is_linear && j < coefficients.size(); ++j) {
@@ -41,7 +33,7 @@ double change_without(const NonlinearModel& model,
     if (j != coefficient && are_linear) adapting.push_back(j);
   }
   others = (units.cwiseInverse().asDiagonal() * others(Eigen::all, adapting)).eval();
-  if (!change.allFinite() || !others.allFinite()) return std::numeric_limits<double>::infinity();
+  if (!change.allFinite() || !others.allFinite()) return kInfinity;
   if (adapting.empty()) return change.norm();
   const VectorXd lengths = others.colwise().norm();
   others *= (lengths.array() > 0.0).select(lengths.cwiseInverse(), 0.0).asDiagonal();
@@ -51,10 +43,7 @@ double change_without(const NonlinearModel& model,
 /// Coefficients so large that small changes do not affect the mean, although the mean depends on
 /// them: they approach a limit that the formula has at infinity only.
 std::vector<Index> saturated(const NonlinearModel& model, const NewtonPoint& point) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  Eigen::MatrixXd jacobian;
-  model.evaluate(point.coefficients, mean, &jacobian, workspace);
+  const MatrixXd jacobian = model.curve_at(point.coefficients).jacobian;
   std::vector<Index> result;
   for (Index j = 0; j < jacobian.cols(); ++j) {
     const double effect = jacobian.col(j).norm() * std::abs(point.coefficients[j]);
@@ -107,13 +96,10 @@ std::vector<Index> undetermined(const NonlinearModel& model,
 bool is_identifiable(const NonlinearModel& model) {
   ProjectedModel projected(model);
   const CandidatePoints points(model, projected.size());
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  Eigen::MatrixXd jacobian;
   constexpr std::size_t kPoints = 64;
   for (std::size_t number = 1; number <= kPoints; ++number) {
     if (!projected.evaluate(points(number))) continue;
-    model.evaluate(projected.coefficients(), mean, &jacobian, workspace);
+    const MatrixXd jacobian = model.curve_at(projected.coefficients()).jacobian;
     if (jacobian.allFinite() && numerical_rank(jacobian) == jacobian.cols()) return true;
   }
   return false;
@@ -147,10 +133,7 @@ void conclude_confounded(const NonlinearModel& model,
 
 /// Coefficients that are distinguished by small digits of the Jacobian only.
 std::vector<Index> nearly_confounded(const NonlinearModel& model, const NewtonPoint& point) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  Eigen::MatrixXd jacobian;
-  model.evaluate(point.coefficients, mean, &jacobian, workspace);
+  const MatrixXd jacobian = model.curve_at(point.coefficients).jacobian;
   if (!jacobian.allFinite()) return {};
   return JacobianFactors(jacobian, JacobianFactors::kNearTolerance).confounded();
 }

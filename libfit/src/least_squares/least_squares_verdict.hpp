@@ -2,12 +2,12 @@
 // The convergence status and findings of a least-squares fit from its evidence.
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <vector>
 
 #include "least_squares/least_squares_polish.hpp"
 #include "silvafit/fit/convergence.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
@@ -23,16 +23,16 @@ bool is_identifiable(const NonlinearModel& model);
 Finding confounding(const NonlinearModel& model, const std::vector<Eigen::Index>& coefficients);
 
 std::vector<std::string> names_of(const NonlinearModel& model,
-                                  const std::vector<Eigen::Index>& coefficients);
+                                  const std::vector<Index>& coefficients);
 
 /// Coefficients with standard errors of more than ten times their size, although the curve needs
 /// them: it changes by more than a residual standard deviation without them. (A coefficient that
 /// it does not need, such as that of a covariate without effect, is near zero.)
 /// \param residual_sd  (N) of each observation
-std::vector<Eigen::Index> undetermined(const NonlinearModel& model,
-                                       const Eigen::VectorXd& coefficients,
-                                       const Eigen::VectorXd& standard_errors,
-                                       const Eigen::VectorXd& residual_sd);
+std::vector<Index> undetermined(const NonlinearModel& model,
+                                const VectorXd& coefficients,
+                                const VectorXd& standard_errors,
+                                const VectorXd& residual_sd);
 
 /// \param exact  the residuals are zero except for rounding
 Convergence judge(const NonlinearModel& model, const NewtonPoint& point, bool exact);

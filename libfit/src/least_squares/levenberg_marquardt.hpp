@@ -2,9 +2,8 @@
 // Levenberg-Marquardt descents over the nonlinear coefficients.
 #pragma once
 
-#include <Eigen/Core>
-
 #include "least_squares/variable_projection.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
@@ -18,8 +17,8 @@ struct DescentOptions {
 
 /// The lowest point of a descent.
 struct Descent {
-  Eigen::VectorXd coefficients{};  ///< (p) all of them
-  double sum_of_squares = 0.0;     ///< infinite if the start has no finite mean
+  VectorXd coefficients{};      ///< (p) all of them
+  double sum_of_squares = 0.0;  ///< infinite if the start has no finite mean
   int iterations = 0;
 };
 
@@ -28,8 +27,6 @@ struct Descent {
 /// Madsen, Nielsen and Tingleff 2004, Methods for non-linear least squares problems, section 3.2.
 ///
 /// \param nonlinear  (q) where to start
-Descent descend(ProjectedModel& model,
-                const Eigen::VectorXd& nonlinear,
-                const DescentOptions& options);
+Descent descend(ProjectedModel& model, const VectorXd& nonlinear, const DescentOptions& options);
 
 }  // namespace silvafit::fit

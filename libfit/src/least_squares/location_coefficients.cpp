@@ -4,18 +4,15 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/random.hpp"
 
 namespace silvafit::fit {
 namespace {
 
 using data::Expression;
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 /// Slopes of the formula by a column and by each parameter, at arbitrary values of all of them: an
 /// identity of the formula holds there as at the data, but without the rounding of very small
@@ -91,7 +88,7 @@ std::vector<LocationCoefficient> location_coefficients(const NonlinearModel& mod
   const Slopes slopes(model);
   for (const std::string& column : slopes.columns()) {
     const VectorXd values = model.column(column);
-    double lowest_positive = std::numeric_limits<double>::infinity();
+    double lowest_positive = kInfinity;
     for (const double value : values) {
       if (value > 0.0) lowest_positive = std::min(lowest_positive, value);
     }

@@ -2,9 +2,9 @@
 // Coefficients that are locations on the axis of a column, such as b in a/(1 + exp((b - x)/c)).
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
@@ -12,7 +12,7 @@ namespace silvafit::fit {
 /// A coefficient whose effect does not depend on its size: b and x, or b and log(x), may be shifted
 /// together. Its start values are in the range of the observations.
 struct LocationCoefficient {
-  Eigen::Index coefficient = 0;
+  Index coefficient = 0;
   double lowest = 0.0;   ///< of the column, of its logarithm, or of minus that
   double highest = 0.0;  ///< above the lowest one
 };

@@ -13,9 +13,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::VectorXd;
-
 /// Values of an expression of parameters and columns.
 class RowValues {
  public:
@@ -32,7 +29,7 @@ class RowValues {
     const data::Program program(std::array{expression}, inputs_);
     std::vector<const double*> inputs;
     for (std::size_t k = 0; k < parameters_; ++k) inputs.push_back(&values[k]);
-    const Eigen::MatrixXd& columns = model_.variable_values();
+    const MatrixXd& columns = model_.variable_values();
     for (Index k = 0; k < columns.cols(); ++k) inputs.push_back(columns.col(k).data());
     return values_of(program, inputs, columns.rows());
   }

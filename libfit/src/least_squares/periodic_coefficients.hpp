@@ -2,10 +2,10 @@
 // Frequencies, periods and phases: coefficients within a sine or cosine.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <vector>
 
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
@@ -16,7 +16,7 @@ namespace silvafit::fit {
 /// width 2*pi/R. Frequencies above pi*(m - 1)/R, the Nyquist frequency of equally spaced
 /// observations, give the values of lower ones.
 struct PeriodicCoefficient {
-  Eigen::Index coefficient = 0;
+  Index coefficient = 0;
   bool is_period = false;  ///< P and not w
   double step = 0.0;       ///< of frequencies: a quarter of a peak's width
   std::size_t count = 0;   ///< of steps up to the highest frequency that is searched
@@ -40,7 +40,7 @@ std::vector<PeriodicCoefficient> periodic_coefficients(const NonlinearModel& mod
 /// A coefficient that shifts the argument of a sine or cosine by the same angle at all
 /// observations, such as t of cos(2*pi*(x - t)/P). Its shifts by a period leave the mean unchanged.
 struct PhaseCoefficient {
-  Eigen::Index coefficient = 0;
+  Index coefficient = 0;
   double period = 0.0;         ///< positive
   double lowest_shift = 0.0;   ///< with it the largest argument becomes 0, or the smallest one
   double highest_shift = 0.0;  ///< not below the lowest one
@@ -49,6 +49,6 @@ struct PhaseCoefficient {
 /// The phases among the parameters without covariates.
 /// \param coefficients  (p) at which the period is evaluated
 std::vector<PhaseCoefficient> phase_coefficients(const NonlinearModel& model,
-                                                 const Eigen::VectorXd& coefficients);
+                                                 const VectorXd& coefficients);
 
 }  // namespace silvafit::fit

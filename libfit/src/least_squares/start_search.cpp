@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -14,14 +13,12 @@
 #include "least_squares/location_coefficients.hpp"
 #include "least_squares/periodic_coefficients.hpp"
 #include "optimization/candidate_points.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::VectorXd;
 
 constexpr Index kSampleRows = 200;
 constexpr std::size_t kCandidatesPerCoefficient = 300;
@@ -83,7 +80,7 @@ namespace {
 struct Candidate {
   VectorXd nonlinear{};
   VectorXd coefficients{};
-  double sum_of_squares = std::numeric_limits<double>::infinity();
+  double sum_of_squares = kInfinity;
 };
 
 class StartSearch {
@@ -342,7 +339,7 @@ class StartSearch {
   /// of a column.
   VectorXd moved(VectorXd point, Random& random) const {
     const auto count = 1 + random.below(3);
-    const Eigen::MatrixXd& columns = part_.variable_values();
+    const MatrixXd& columns = part_.variable_values();
     for (std::uint64_t k = 0; k < count; ++k) {
       const auto place = static_cast<Index>(random.below(static_cast<std::uint64_t>(point.size())));
       double& value = point[place];
@@ -415,11 +412,8 @@ void check_domain(const NonlinearModel& model) {
   constexpr std::size_t kPoints = 64;
   const CandidatePoints points(model, model.coefficient_count());
   std::vector<bool> never_finite(static_cast<std::size_t>(model.observations()), true);
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  Eigen::MatrixXd jacobian;
   for (std::size_t number = 1; number <= kPoints; ++number) {
-    model.evaluate(points(number), mean, &jacobian, workspace);
+    const auto [mean, jacobian] = model.curve_at(points(number));
     for (Index i = 0; i < mean.size(); ++i) {
       if (std::isfinite(mean[i]) && jacobian.row(i).allFinite()) {
         never_finite[static_cast<std::size_t>(i)] = false;

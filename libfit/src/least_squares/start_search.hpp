@@ -2,12 +2,12 @@
 // Start values of fits without start values from the user.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <map>
 #include <string>
 #include <vector>
 
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
@@ -31,21 +31,20 @@ struct StartSearchOptions {
 /// coefficients are solved for. Of frequencies and periods, all identifiable values are tried, and
 /// no others. The best descend on at most 200 observations spread over the response.
 /// \throws DomainError if an observation has no finite mean for any candidate
-std::vector<Eigen::VectorXd> search_starts(const NonlinearModel& model,
-                                           const StartSearchOptions& options);
+std::vector<VectorXd> search_starts(const NonlinearModel& model, const StartSearchOptions& options);
 
 /// Coefficients of sub-models that are nearest to constants: an intercept takes the constant, and
 /// covariates without an intercept are regressed on it.
 /// \param pooled     the model without covariates
 /// \param constants  (K) a value of each parameter
 /// \returns (p) coefficients of the model
-Eigen::VectorXd spread_constants(const NonlinearModel& model,
-                                 const NonlinearModel& pooled,
-                                 const Eigen::VectorXd& constants);
+VectorXd spread_constants(const NonlinearModel& model,
+                          const NonlinearModel& pooled,
+                          const VectorXd& constants);
 
 /// The start that gives a value for each coefficient; none if a coefficient is missing.
-std::vector<Eigen::VectorXd> complete_starts(const NonlinearModel& model,
-                                             const std::map<std::string, double>& values);
+std::vector<VectorXd> complete_starts(const NonlinearModel& model,
+                                      const std::map<std::string, double>& values);
 
 /// Points around an optimum at which other optima are searched if the formula has kinks, because
 /// each observation that changes from one branch to another may separate two. For each coefficient
@@ -60,7 +59,7 @@ std::vector<Eigen::VectorXd> points_across_kinks(const NonlinearModel& model,
 /// the rows in the file does not matter.
 /// \param count  at least 2
 /// \return numbers of the observations, ascending
-std::vector<Eigen::Index> even_sample(const Eigen::VectorXd& response, Eigen::Index count);
+std::vector<Index> even_sample(const VectorXd& response, Index count);
 
 /// Searches an observation whose mean or derivative is not finite for any coefficients.
 /// \throws DomainError that names the first one

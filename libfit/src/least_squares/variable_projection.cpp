@@ -10,9 +10,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::VectorXd;
-
 /// Scaled columns below this share of the largest are rounding.
 constexpr double kRankTolerance = 1e-13;
 
@@ -69,7 +66,7 @@ bool ProjectedModel::solve_linear() {
     residuals_ -= value * basis_.col(0);
     return residuals_.allFinite();
   }
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(basis_.rows(), basis_.cols());
+  Eigen::ColPivHouseholderQR<MatrixXd> qr(basis_.rows(), basis_.cols());
   qr.setThreshold(kRankTolerance);
   qr.compute(basis_);
   const VectorXd solution = qr.solve(residuals_);
@@ -78,12 +75,12 @@ bool ProjectedModel::solve_linear() {
   if (qr.rank() == 0) {
     basis_.resize(basis_.rows(), 0);
   } else {
-    basis_ = qr.householderQ() * Eigen::MatrixXd::Identity(basis_.rows(), qr.rank());
+    basis_ = qr.householderQ() * MatrixXd::Identity(basis_.rows(), qr.rank());
   }
   return residuals_.allFinite() && coefficients_.allFinite();
 }
 
-bool ProjectedModel::evaluate_jacobian(Eigen::MatrixXd& jacobian) {
+bool ProjectedModel::evaluate_jacobian(MatrixXd& jacobian) {
   VectorXd mean;
   model_.evaluate(coefficients_, mean, &jacobian_, workspace_);
   jacobian = -jacobian_(Eigen::all, split_.nonlinear);

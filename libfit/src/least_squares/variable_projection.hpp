@@ -2,17 +2,17 @@
 // Least squares in the nonlinear coefficients only, with the linear ones solved for.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
 
 /// The coefficients of a model in two parts: `linear` enter the mean jointly linearly.
 struct CoefficientSplit {
-  std::vector<Eigen::Index> linear{};
-  std::vector<Eigen::Index> nonlinear{};
+  std::vector<Index> linear{};
+  std::vector<Index> nonlinear{};
 };
 
 /// A largest jointly linear set, found greedily.
@@ -30,21 +30,21 @@ class ProjectedModel {
 
   const NonlinearModel& model() const { return model_; }
   const CoefficientSplit& split() const { return split_; }
-  Eigen::Index size() const { return static_cast<Eigen::Index>(split_.nonlinear.size()); }
+  Index size() const { return static_cast<Index>(split_.nonlinear.size()); }
 
   /// The nonlinear ones among all coefficients.
-  Eigen::VectorXd nonlinear_part(const Eigen::VectorXd& coefficients) const;
+  VectorXd nonlinear_part(const VectorXd& coefficients) const;
 
   /// Evaluates at nonlinear values; afterwards coefficients() and residuals() are valid.
   /// \return  false where the mean is not finite
-  bool evaluate(const Eigen::VectorXd& nonlinear);
+  bool evaluate(const VectorXd& nonlinear);
   /// (N x q) derivative of the residuals y - f after evaluate().
   /// \return  false where it is not finite
-  bool evaluate_jacobian(Eigen::MatrixXd& jacobian);
+  bool evaluate_jacobian(MatrixXd& jacobian);
 
   /// (p) all coefficients, the linear ones solved for.
-  const Eigen::VectorXd& coefficients() const { return coefficients_; }
-  const Eigen::VectorXd& residuals() const { return residuals_; }
+  const VectorXd& coefficients() const { return coefficients_; }
+  const VectorXd& residuals() const { return residuals_; }
 
  private:
   bool solve_linear();
@@ -52,11 +52,11 @@ class ProjectedModel {
   const NonlinearModel& model_;
   CoefficientSplit split_;
   NonlinearModel::Workspace workspace_;
-  Eigen::VectorXd coefficients_;
-  Eigen::VectorXd residuals_;
-  Eigen::VectorXd mean_;
-  Eigen::MatrixXd jacobian_;
-  Eigen::MatrixXd basis_;  ///< orthonormal, of the space that the linear coefficients span
+  VectorXd coefficients_;
+  VectorXd residuals_;
+  VectorXd mean_;
+  MatrixXd jacobian_;
+  MatrixXd basis_;  ///< orthonormal, of the space that the linear coefficients span
 };
 
 }  // namespace silvafit::fit

@@ -7,10 +7,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 CorrelatedSums::CorrelatedSums(const NonlinearModel& model,
                                const VarianceModel& variance,
                                const ObservationPoint& point,

@@ -2,11 +2,11 @@
 // Sums over the groups of a model whose residuals are correlated: those of penalized least squares.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "conditional_modes/observation_sums.hpp"
 #include "likelihood/linearization.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
@@ -20,26 +20,26 @@ class CorrelatedSums : public GroupSums {
   CorrelatedSums(const NonlinearModel& model,
                  const VarianceModel& variance,
                  const ObservationPoint& point,
-                 std::vector<Eigen::Index> random);
+                 std::vector<Index> random);
 
-  void density(Eigen::Index first,
-               Eigen::Index last,
-               const Eigen::MatrixXd& effects,
-               Eigen::MatrixXd& sums,
+  void density(Index first,
+               Index last,
+               const MatrixXd& effects,
+               MatrixXd& sums,
                Workspace& workspace,
                HeldWeights* weights) const override;
-  void mixed(Eigen::Index first,
-             Eigen::Index last,
-             const Eigen::MatrixXd& effects,
-             Eigen::MatrixXd& sums,
+  void mixed(Index first,
+             Index last,
+             const MatrixXd& effects,
+             MatrixXd& sums,
              Workspace& workspace) const override;
 
  private:
-  void linearize(Eigen::Index first,
-                 Eigen::Index last,
-                 const Eigen::MatrixXd& effects,
+  void linearize(Index first,
+                 Index last,
+                 const MatrixXd& effects,
                  const Linearization& before) const;
-  Eigen::Map<const Eigen::MatrixXd> products(Eigen::Index group) const;
+  Eigen::Map<const MatrixXd> products(Index group) const;
 
   mutable Linearizer linearizer_;
   mutable LinearizationPoint point_;

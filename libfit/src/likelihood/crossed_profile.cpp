@@ -15,10 +15,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 using CellProducts = std::function<MatrixXd(Index)>;
 
 /// The effects of one cluster, eliminated.

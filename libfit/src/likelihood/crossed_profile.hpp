@@ -2,17 +2,17 @@
 // The profile of a linear mixed model with crossed random effects.
 #pragma once
 
-#include <Eigen/Core>
 #include <functional>
 
 #include "likelihood/linear_mixed_profile.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
 /// See profile(); by a sparse factorization of the Hessian of all effects of a cluster.
 LinearMixedProfile crossed_profile(const LinearMixedModel& model,
                                    const RelativeFactors& factors,
-                                   const Eigen::VectorXd& displacement,
+                                   const VectorXd& displacement,
                                    bool with_derivatives,
                                    const HeldParameters& held);
 
@@ -20,10 +20,9 @@ LinearMixedProfile crossed_profile(const LinearMixedModel& model,
 /// out.
 /// \param products  the cross products (width x width, symmetric) of the rows of one of the model's
 ///   groups
-Eigen::MatrixXd without_crossed_effects(
-    const RandomColumns& random,
-    const RelativeFactors& factors,
-    Eigen::Index width,
-    const std::function<Eigen::MatrixXd(Eigen::Index)>& products);
+MatrixXd without_crossed_effects(const RandomColumns& random,
+                                 const RelativeFactors& factors,
+                                 Index width,
+                                 const std::function<MatrixXd(Index)>& products);
 
 }  // namespace silvafit::fit

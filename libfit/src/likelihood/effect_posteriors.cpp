@@ -7,10 +7,9 @@
 #include "conditional_modes/cluster_modes.hpp"
 #include "conditional_modes/random_places.hpp"
 #include "likelihood/correlated_sums.hpp"
-#include "model/covariance_factor.hpp"
+#include "model/symmetric_eigen.hpp"
 #include "model/variance_weights.hpp"
 #include "result/earlier_fit.hpp"
-#include "result/estimated_terms.hpp"
 #include "result/group_coefficients.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/parallel.hpp"
@@ -18,16 +17,12 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 // Rows of a block of clusters: their data stay in the cache while effects are searched.
 constexpr Index kRowsOfBlock = 4096;
 
 /// The density that a method's random effects are modes of. Laplace's method and quadrature have
 /// the same one as FOCEI; only their log-determinants differ.
-Curvature curvature_of(Method method) {
+Curvature density_of(Method method) {
   if (method == Method::kLindstromBates) return Curvature::kHeldWeights;
   return method == Method::kFirstOrder ? Curvature::kFirstOrder : Curvature::kExpected;
 }
@@ -251,7 +246,7 @@ std::unique_ptr<const GroupSums> sums_at_estimates(const NonlinearModel& model,
     return std::make_unique<CorrelatedSums>(model, variance, point, random);
   }
   auto sums =
-      std::make_unique<ObservationSums>(model, variance, curvature_of(fit.method), random, false);
+      std::make_unique<ObservationSums>(model, variance, density_of(fit.method), random, false);
   sums->set_point(point);
   return sums;
 }

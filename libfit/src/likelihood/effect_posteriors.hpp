@@ -2,11 +2,11 @@
 // Random effects of the clusters of a model at a fit's estimates, and their uncertainty.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "silvafit/fit/effect_uncertainty.hpp"
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
@@ -17,17 +17,17 @@ struct EffectPriors {
   /// Those that differ: lower block triangular roots R of the covariance of the effects of all
   /// terms that act on a group, which are mean + R z with independent standard normal z. Groups of
   /// a cluster have the same blocks of the terms before the last.
-  std::vector<Eigen::MatrixXd> roots{};
-  std::vector<Eigen::Index> roots_of{};  ///< (G)
-  std::vector<Eigen::MatrixXd> means{};  ///< (q x groups) of each term
+  std::vector<MatrixXd> roots{};
+  std::vector<Index> roots_of{};  ///< (G)
+  std::vector<MatrixXd> means{};  ///< (q x groups) of each term
   /// (q p x groups) of each term: d mean / d beta', by columns; empty where all are zero.
-  std::vector<Eigen::MatrixXd> slopes{};
+  std::vector<MatrixXd> slopes{};
 };
 
 /// The random effects of one term with their uncertainty, in the order of the model's groups; NaN
 /// for clusters whose effects were not found.
 struct EffectPosterior {
-  Eigen::MatrixXd effects{};  ///< (q x groups)
+  MatrixXd effects{};  ///< (q x groups)
   EffectUncertainty uncertainty{};
 };
 
@@ -47,7 +47,7 @@ std::vector<EffectPosterior> describe_effects(const NonlinearModel& model, const
 /// \param typical  as VarianceData has it
 std::vector<EffectPosterior> describe_effects(const NonlinearModel& model,
                                               const FittedModel& fit,
-                                              const std::vector<Eigen::Index>& blocks,
+                                              const std::vector<Index>& blocks,
                                               std::vector<double> typical);
 
 /// Priors of groups that were not in the fit.

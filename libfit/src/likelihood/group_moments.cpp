@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/Core>
 
 #include "likelihood/linear_mixed_profile.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 GroupMoments::GroupMoments(Index width,
                            Index groups,

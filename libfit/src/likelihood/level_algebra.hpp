@@ -2,7 +2,6 @@
 // Elimination of the random effects of one grouping from cross products, with derivatives.
 #pragma once
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,12 +9,9 @@
 #include <vector>
 
 #include "likelihood/profile_sums.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit::level_algebra {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 /// The random effects of one grouping: their columns and L, row by row.
 struct Level {

@@ -2,7 +2,6 @@
 // The likelihood that a fit maximized, as a function of all of its parameters around the estimates.
 #pragma once
 
-#include <Eigen/Core>
 #include <map>
 #include <memory>
 #include <stop_token>
@@ -13,6 +12,7 @@
 #include "model/variance_weights.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
@@ -31,15 +31,15 @@ struct SurfaceSetting {
 
   /// The estimates as a vector.
   /// \param log_sigma  of the internal sigma
-  Eigen::VectorXd coordinates(const SurfaceLayout& layout, double log_sigma) const;
+  VectorXd coordinates(const SurfaceLayout& layout, double log_sigma) const;
 
   const FittedModel& fit;
   NonlinearModel model;
   VarianceModel variance;
-  Eigen::VectorXd estimate{};  ///< (p) of the coefficients that are not held
-  CoefficientFrame frame{};    ///< whose units move the mean by about one residual sd
-  Eigen::VectorXd internal{};  ///< (m) estimates of the variance parameters
-  double log_sigma = 0.0;      ///< of the internal sigma
+  VectorXd estimate{};       ///< (p) of the coefficients that are not held
+  CoefficientFrame frame{};  ///< whose units move the mean by about one residual sd
+  VectorXd internal{};       ///< (m) estimates of the variance parameters
+  double log_sigma = 0.0;    ///< of the internal sigma
 };
 
 /// F(x) = -log-likelihood. One surface belongs to one thread.
@@ -51,14 +51,14 @@ class LikelihoodSurface {
   LikelihoodSurface& operator=(const LikelihoodSurface&) = delete;
 
   /// The value and, unless null, the exact gradient; infinite where there is none.
-  virtual double value(const Eigen::VectorXd& x, Eigen::VectorXd* gradient) = 0;
+  virtual double value(const VectorXd& x, VectorXd* gradient) = 0;
   const SurfaceLayout& layout() const { return layout_; }
   /// The estimates.
-  const Eigen::VectorXd& optimum() const { return optimum_; }
+  const VectorXd& optimum() const { return optimum_; }
 
  protected:
   SurfaceLayout layout_;
-  Eigen::VectorXd optimum_;
+  VectorXd optimum_;
 };
 
 /// A new surface: for the methods of the marginal likelihood that likelihood; for lb, and gnls by
@@ -69,9 +69,5 @@ std::unique_ptr<LikelihoodSurface> make_surface(const SurfaceSetting& setting);
 
 /// The name of the likelihood that make_surface returns for a fit, for messages.
 std::string likelihood_in_words(const FittedModel& fit);
-
-std::unique_ptr<LikelihoodSurface> make_marginal_surface(const SurfaceSetting& setting);
-std::unique_ptr<LikelihoodSurface> make_linearized_surface(const SurfaceSetting& setting);
-std::unique_ptr<LikelihoodSurface> make_least_squares_surface(const SurfaceSetting& setting);
 
 }  // namespace silvafit::fit

@@ -15,10 +15,6 @@ using namespace level_algebra;
 
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 // Groups per task of a thread, so many that the overhead of a task is small.
 constexpr Index kPartGroups = 512;
 

@@ -2,10 +2,11 @@
 // The likelihood of a linear mixed model with beta and sigma profiled out, and its exact gradient.
 #pragma once
 
-#include <Eigen/Core>
 #include <memory>
 #include <utility>
 #include <vector>
+
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
@@ -13,15 +14,15 @@ class EffectLayout;
 
 /// The columns of X that form Z, for each term of random effects.
 struct RandomColumns {
-  std::vector<std::vector<Eigen::Index>> terms{};  ///< (q) of each
-  std::vector<Eigen::Index> cluster_begin{};       ///< (C + 1) first group of each cluster
+  std::vector<std::vector<Index>> terms{};  ///< (q) of each
+  std::vector<Index> cluster_begin{};       ///< (C + 1) first group of each cluster
   /// The places of effects; null of nested terms.
   std::shared_ptr<const EffectLayout> crossed{};
-  std::vector<std::vector<Eigen::Index>> of_groups{};  ///< (G) the group of each term it is in
+  std::vector<std::vector<Index>> of_groups{};  ///< (G) the group of each term it is in
 };
 
 /// L with Psi / sigma^2 = L L', (q x q), lower triangular, of each term.
-using RelativeFactors = std::vector<Eigen::MatrixXd>;
+using RelativeFactors = std::vector<MatrixXd>;
 
 /// The sufficient data of a linear mixed model: per group the cross products
 /// [X w]' G^-2 [X w], width p + 1, and their derivatives by m variance parameters.
@@ -32,68 +33,66 @@ using RelativeFactors = std::vector<Eigen::MatrixXd>;
 class GroupMoments {
  public:
   GroupMoments() = default;
-  GroupMoments(Eigen::Index width,
-               Eigen::Index groups,
-               Eigen::Index parameters,
-               std::vector<std::pair<Eigen::Index, Eigen::Index>> pairs);
+  GroupMoments(Index width,
+               Index groups,
+               Index parameters,
+               std::vector<std::pair<Index, Index>> pairs);
 
-  Eigen::Index width() const { return width_; }
-  Eigen::Index groups() const { return products_.cols(); }
-  Eigen::Index parameters() const { return parameters_; }
-  const std::vector<std::pair<Eigen::Index, Eigen::Index>>& pairs() const { return pairs_; }
-  Eigen::Index terms() const { return 1 + parameters_ + static_cast<Eigen::Index>(pairs_.size()); }
+  Index width() const { return width_; }
+  Index groups() const { return products_.cols(); }
+  Index parameters() const { return parameters_; }
+  const std::vector<std::pair<Index, Index>>& pairs() const { return pairs_; }
+  Index terms() const { return 1 + parameters_ + static_cast<Index>(pairs_.size()); }
   /// The (width x width) matrix of a term, symmetric.
-  double* term(Eigen::Index group, Eigen::Index term) {
+  double* term(Index group, Index term) {
     return products_.col(group).data() + term * width_ * width_;
   }
-  const double* term(Eigen::Index group, Eigen::Index term) const {
+  const double* term(Index group, Index term) const {
     return products_.col(group).data() + term * width_ * width_;
   }
   bool all_finite() const { return products_.allFinite() && sum_log_.allFinite(); }
   /// Converts the columns of X to other units: each is divided by its size.
-  void divide_columns(const Eigen::VectorXd& sizes);
+  void divide_columns(const VectorXd& sizes);
   /// (terms) the sum of log g and its derivatives.
-  Eigen::VectorXd& sum_log() { return sum_log_; }
-  const Eigen::VectorXd& sum_log() const { return sum_log_; }
+  VectorXd& sum_log() { return sum_log_; }
+  const VectorXd& sum_log() const { return sum_log_; }
 
   /// (m) typical derivatives of log g, initially zeros. The common part of all g belongs to sigma,
   /// so that the series is accurate if the differences from these are small.
-  void set_center(const Eigen::VectorXd& center) { center_ = center; }
+  void set_center(const VectorXd& center) { center_ = center; }
 
   /// (terms) the weight of each term at d + displacement: of exp(-2 s) times the second-order
   /// series of exp(2 s) g^-2, where s = displacement' center.
-  Eigen::VectorXd term_weights(const Eigen::VectorXd& displacement) const;
+  VectorXd term_weights(const VectorXd& displacement) const;
   /// (m) a gradient by the displacement from one by the term weights.
-  Eigen::VectorXd by_displacement(const Eigen::VectorXd& by_term,
-                                  const Eigen::VectorXd& displacement) const;
+  VectorXd by_displacement(const VectorXd& by_term, const VectorXd& displacement) const;
   /// The sum of log g at d + displacement, and its gradient.
-  double sum_log_at(const Eigen::VectorXd& displacement) const;
-  Eigen::VectorXd sum_log_gradient(const Eigen::VectorXd& displacement) const;
+  double sum_log_at(const VectorXd& displacement) const;
+  VectorXd sum_log_gradient(const VectorXd& displacement) const;
 
  private:
-  Eigen::Index width_ = 0;
-  Eigen::Index parameters_ = 0;
-  std::vector<std::pair<Eigen::Index, Eigen::Index>> pairs_;
-  Eigen::MatrixXd products_;  ///< (width^2 terms x G)
-  Eigen::VectorXd sum_log_;
-  Eigen::VectorXd center_;
+  Index width_ = 0;
+  Index parameters_ = 0;
+  std::vector<std::pair<Index, Index>> pairs_;
+  MatrixXd products_;  ///< (width^2 terms x G)
+  VectorXd sum_log_;
+  VectorXd center_;
 };
 
 /// Parameters of a linear mixed model with given values instead of maximization.
 struct HeldParameters {
-  Eigen::VectorXd
-      coefficients{};   ///< (p) beta; empty where it is the generalized least-squares one
-  double sigma2 = 0.0;  ///< 0 where it is S / N
+  VectorXd coefficients{};  ///< (p) beta; empty where it is the generalized least-squares one
+  double sigma2 = 0.0;      ///< 0 where it is S / N
 };
 
 /// A linear mixed model w = X beta + sum over the terms of Z b + e on N observations.
 struct LinearMixedModel {
   GroupMoments moments{};
   RandomColumns random{};
-  Eigen::Index observations = 0;
+  Index observations = 0;
   /// Number of columns of X, the last ones, that form Z only and have no beta. The width of the
   /// moments is p + random_only + 1.
-  Eigen::Index random_only = 0;
+  Index random_only = 0;
   /// Restricted likelihood: of the residuals, beta integrated out.
   bool restricted = false;
   /// log|X'V^-1 X| in the coefficients' own units, less that of this X; only for restricted
@@ -105,16 +104,16 @@ struct LinearMixedModel {
 /// The profiled model at one covariance.
 struct LinearMixedProfile {
   double minus_log_likelihood = 0.0;
-  double sum_of_squares = 0.0;               ///< S = weighted squares + penalty at that beta
-  double sigma2 = 0.0;                       ///< S / N, restricted S / (N - p), or as held
-  Eigen::VectorXd coefficients{};            ///< (p) generalized least-squares beta, or as held
-  Eigen::MatrixXd information{};             ///< (p x p) X' V^-1 X, with V relative to sigma^2
-  std::vector<Eigen::MatrixXd> spherical{};  ///< (q x groups) of each term: v with b = L v
-  bool is_valid = false;                     ///< false if X' V^-1 X is not positive definite
-  RelativeFactors by_factor{};               ///< dF/dL, lower triangles
-  RelativeFactors by_covariance{};           ///< dF/dD, symmetric, of D = L L'
-  Eigen::VectorXd by_variance{};             ///< (m) dF/d displacement
-  Eigen::VectorXd by_coefficients{};  ///< (p) dF/d beta; zero except for rounding unless it is held
+  double sum_of_squares = 0.0;        ///< S = weighted squares + penalty at that beta
+  double sigma2 = 0.0;                ///< S / N, restricted S / (N - p), or as held
+  VectorXd coefficients{};            ///< (p) generalized least-squares beta, or as held
+  MatrixXd information{};             ///< (p x p) X' V^-1 X, with V relative to sigma^2
+  std::vector<MatrixXd> spherical{};  ///< (q x groups) of each term: v with b = L v
+  bool is_valid = false;              ///< false if X' V^-1 X is not positive definite
+  RelativeFactors by_factor{};        ///< dF/dL, lower triangles
+  RelativeFactors by_covariance{};    ///< dF/dD, symmetric, of D = L L'
+  VectorXd by_variance{};             ///< (m) dF/d displacement
+  VectorXd by_coefficients{};         ///< (p) dF/d beta; zero except for rounding unless it is held
   double by_log_sigma = 0.0;          ///< dF/d log sigma at L; zero unless sigma is held
 };
 
@@ -128,13 +127,13 @@ struct LinearMixedProfile {
 /// Source: Pinheiro and Bates 2000, sections 2.2 and 5.2.
 LinearMixedProfile profile(const LinearMixedModel& model,
                            const RelativeFactors& factors,
-                           const Eigen::VectorXd& displacement,
+                           const VectorXd& displacement,
                            bool with_derivatives,
                            const HeldParameters& held = {});
 
 /// (G) the weighted squares of the linear model at given effects: those of w - X beta - Z b.
-Eigen::VectorXd expected_squares(const LinearMixedModel& model,
-                                 const RelativeFactors& factors,
-                                 const LinearMixedProfile& at);
+VectorXd expected_squares(const LinearMixedModel& model,
+                          const RelativeFactors& factors,
+                          const LinearMixedProfile& at);
 
 }  // namespace silvafit::fit

@@ -15,9 +15,6 @@ namespace silvafit::fit {
 namespace {
 
 using data::Expression;
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 // A block's columns, some twenty of 8 bytes a row, stay in a cache of 256 KiB.
 constexpr Index kBlockRows = 512;
@@ -204,16 +201,14 @@ void Linearizer::fill_quantities(const LinearizationPoint& point,
   }
 }
 
-void Linearizer::evaluate_block(const LinearizationPoint& point,
-                                bool expand,
+void Linearizer::evaluate_block(const Pass& pass,
                                 std::size_t first,
                                 std::size_t last,
-                                Scratch& scratch,
-                                Linearization& result) const {
+                                Scratch& scratch) const {
   const Index begin = segments_[first].begin;
   const Index rows = segments_[last - 1].end - begin;
-  fill_parameters(point, first, last, scratch);
-  fill_quantities(point, begin, rows, scratch);
+  fill_parameters(pass.point, first, last, scratch);
+  fill_quantities(pass.point, begin, rows, scratch);
   std::vector<const double*> inputs;
   for (Index k = 0; k < scratch.parameter_values.cols(); ++k) {
     inputs.push_back(scratch.parameter_values.col(k).data());
@@ -224,18 +219,19 @@ void Linearizer::evaluate_block(const LinearizationPoint& point,
   for (Index k = 0; k < scratch.quantity_values.cols(); ++k) {
     inputs.push_back(scratch.quantity_values.col(k).data());
   }
-  const data::Program& program = programs_[expand ? 1 : 0];
+  const data::Program& program = programs_[pass.expand ? 1 : 0];
   std::vector<double*> outputs;
   for (std::size_t k = 0; k < program.output_count(); ++k) {
     outputs.push_back(scratch.outputs.col(static_cast<Index>(k)).data());
   }
   program.evaluate(inputs, static_cast<std::size_t>(rows), outputs, scratch.workspace);
-  result.mean.segment(begin, rows) = scratch.outputs.col(0).head(rows);
+  pass.result.mean.segment(begin, rows) = scratch.outputs.col(0).head(rows);
   scratch.residual.head(rows) =
       model_.response().segment(begin, rows) - scratch.outputs.col(0).head(rows);
   const auto parameters = static_cast<Index>(is_scalar_.size());
-  if (result.weight.size() > 0) {
-    result.weight.segment(begin, rows) = scratch.outputs.col(parameters + 2).head(rows).array();
+  if (pass.result.weight.size() > 0) {
+    pass.result.weight.segment(begin, rows) =
+        scratch.outputs.col(parameters + 2).head(rows).array();
   }
   const ParameterDesign& design = model_.design();
   for (Index j = 0; j < model_.column_count(); ++j) {
@@ -243,7 +239,7 @@ void Linearizer::evaluate_block(const LinearizationPoint& point,
     const double* const by_parameter = scratch.outputs.col(1 + design.parameter_of(j)).data();
     design.differentiate(j, begin, rows, by_parameter, scratch.products.col(j).data());
   }
-  if (point.mixing.size() > 0) mix(point.mixing, rows, scratch);
+  if (pass.point.mixing.size() > 0) mix(pass.point.mixing, rows, scratch);
 }
 
 const double* Linearizer::slope_column(Index coefficient, const Scratch& scratch) const {
@@ -270,70 +266,65 @@ void Linearizer::add_products(const double* weight, Index rows, Scratch& scratch
   for (std::size_t k = 0; k < products.size(); ++k) target[k] += products[k];
 }
 
-void Linearizer::add_segment(const Segment& segment,
+void Linearizer::add_segment(const Pass& pass,
+                             const Segment& segment,
                              Index block_begin,
-                             const LinearizationPoint& point,
-                             bool expand,
-                             const Linearization* before,
                              Scratch& scratch,
                              double* products,
                              double& squares_before,
-                             ChunkSums& sums,
-                             const Linearization& result) const {
+                             ChunkSums& sums) const {
   const Index offset = segment.begin - block_begin;
   const Index rows = segment.end - segment.begin;
   const auto count = static_cast<std::size_t>(rows);
   for (Index j = 0; j < model_.column_count(); ++j) {
     const double* const column =
-        point.mixing.size() > 0 ? scratch.mixed.col(j).data() : slope_column(j, scratch);
+        pass.point.mixing.size() > 0 ? scratch.mixed.col(j).data() : slope_column(j, scratch);
     scratch.columns[static_cast<std::size_t>(j)] = column + offset;
   }
   const double* const residual = scratch.residual.data() + offset;
   scratch.columns.back() = residual;
-  const bool has_weight = result.weight.size() > 0;
+  const bool has_weight = pass.result.weight.size() > 0;
   if (variance_.correlated() != nullptr) {
-    keep_rows(segment, offset, expand, scratch, result);
+    keep_rows(pass, segment, offset, scratch);
     if (has_weight) {
       const auto logarithm = static_cast<Index>(is_scalar_.size()) + 1;
       sums.sum_log[0] += data::sum(scratch.outputs.col(logarithm).data() + offset, count);
     }
     return;
   }
-  const double* const weight = has_weight ? result.weight.data() + segment.begin : nullptr;
+  const double* const weight = has_weight ? pass.result.weight.data() + segment.begin : nullptr;
   add_products(weight, rows, scratch, products);
-  if (before != nullptr && before->weight.size() > 0) {
+  if (pass.before != nullptr && pass.before->weight.size() > 0) {
     squares_before +=
-        data::weighted_dot(before->weight.data() + segment.begin, residual, residual, count);
+        data::weighted_dot(pass.before->weight.data() + segment.begin, residual, residual, count);
   }
   if (!has_weight) return;
   const auto parameters = static_cast<Index>(is_scalar_.size());
   sums.sum_log[0] += data::sum(scratch.outputs.col(parameters + 1).data() + offset, count);
-  if (expand) add_terms(segment, offset, scratch, products, sums, result);
+  if (pass.expand) add_terms(pass, segment, offset, scratch, products, sums);
 }
 
-void Linearizer::finish_group(Index group,
-                              const LinearizationPoint& point,
-                              Linearization& result) const {
-  GroupMoments& moments = result.model.moments;
+void Linearizer::finish_group(const Pass& pass, Index group) const {
+  GroupMoments& moments = pass.result.model.moments;
   const Index w = moments.width();
   const Index p = w - 1;
-  result.squares[group] = moments.term(group, 0)[p * w + p];
-  const VectorXd effects = mixed_effects(point, effect_columns_, group);
+  pass.result.squares[group] = moments.term(group, 0)[p * w + p];
+  const VectorXd effects = mixed_effects(pass.point, effect_columns_, group);
   for (Index term = 0; term < moments.terms(); ++term) {
     double* const products = moments.term(group, term);
     for (Index a = 0; a < p; ++a) {
       for (Index c = 0; c < w; ++c) {
-        products[a * w + c] *= point.units[a];
-        products[c * w + a] *= point.units[a];
+        products[a * w + c] *= pass.point.units[a];
+        products[c * w + a] *= pass.point.units[a];
       }
     }
     // The working response w = r + Z b: column and row p get multiples of the others.
     for (const Index j : effect_columns_) {
-      const double share = effects[j] / point.units[j];
+      const double share = effects[j] / pass.point.units[j];
       for (Index a = 0; a < w; ++a) products[p * w + a] += share * products[j * w + a];
     }
     for (const Index j : effect_columns_) {
-      const double share = effects[j] / point.units[j];
+      const double share = effects[j] / pass.point.units[j];
       for (Index a = 0; a < w; ++a) products[a * w + p] += share * products[a * w + j];
     }
   }
@@ -355,15 +346,12 @@ void Linearizer::center(const VectorXd& log_squares, Linearization& result) cons
   }
 }
 
-void Linearizer::linearize_chunk(const LinearizationPoint& point,
-                                 bool expand,
-                                 const Linearization* before,
+void Linearizer::linearize_chunk(const Pass& pass,
                                  std::size_t chunk,
                                  Scratch& scratch,
-                                 ChunkSums& sums,
-                                 Linearization& result) const {
+                                 ChunkSums& sums) const {
   if (scratch.columns.empty()) prepare(scratch);
-  GroupMoments& moments = result.model.moments;
+  GroupMoments& moments = pass.result.model.moments;
   sums.sum_log.setZero(moments.terms());
   sums.log_squares.setZero(static_cast<Index>(variance_.quantities().size()));
   const Segment& begin = segments_[blocks_[chunks_[chunk]]];
@@ -374,43 +362,38 @@ void Linearizer::linearize_chunk(const LinearizationPoint& point,
   for (std::size_t block = chunks_[chunk]; block < chunks_[chunk + 1]; ++block) {
     const std::size_t first = blocks_[block];
     const std::size_t last = blocks_[block + 1];
-    const bool is_needed =
-        segments_[last - 1].group >= point.first_group && segments_[first].group < point.last_group;
+    const bool is_needed = segments_[last - 1].group >= pass.point.first_group &&
+                           segments_[first].group < pass.point.last_group;
     if (!is_needed) continue;
-    evaluate_block(point, expand, first, last, scratch, result);
+    evaluate_block(pass, first, last, scratch);
     for (std::size_t s = first; s < last; ++s) {
       const Segment& segment = segments_[s];
       const bool is_carried = !begin.is_first && segment.group == begin.group;
-      add_segment(segment,
+      add_segment(pass,
+                  segment,
                   segments_[first].begin,
-                  point,
-                  expand,
-                  before,
                   scratch,
                   is_carried ? sums.carried.data() : moments.term(segment.group, 0),
-                  is_carried ? sums.carried_before : result.squares_before[segment.group],
-                  sums,
-                  result);
+                  is_carried ? sums.carried_before : pass.result.squares_before[segment.group],
+                  sums);
       if (segment.is_last && !is_carried && variance_.correlated() == nullptr)
-        finish_group(segment.group, point, result);
+        finish_group(pass, segment.group);
     }
   }
 }
 
-void Linearizer::add_carried(const LinearizationPoint& point,
-                             const std::vector<ChunkSums>& chunks,
-                             Linearization& result) const {
-  GroupMoments& moments = result.model.moments;
+void Linearizer::add_carried(const Pass& pass, const std::vector<ChunkSums>& chunks) const {
+  GroupMoments& moments = pass.result.model.moments;
   for (std::size_t chunk = 0; chunk < chunks.size(); ++chunk) {
     const ChunkSums& sums = chunks[chunk];
     if (sums.carried.empty() || variance_.correlated() != nullptr) continue;
     const Index group = segments_[blocks_[chunks_[chunk]]].group;
     double* const products = moments.term(group, 0);
     for (std::size_t k = 0; k < sums.carried.size(); ++k) products[k] += sums.carried[k];
-    result.squares_before[group] += sums.carried_before;
+    pass.result.squares_before[group] += sums.carried_before;
     const bool ends_here =
         model_.group_begin(group + 1) <= segments_[blocks_[chunks_[chunk + 1]] - 1].end;
-    if (ends_here) finish_group(group, point, result);
+    if (ends_here) finish_group(pass, group);
   }
 }
 
@@ -442,17 +425,18 @@ bool Linearizer::linearize(const LinearizationPoint& point,
     kept_rows_.resize(model_.observations(), width);
     if (expand) kept_slopes_.resize(model_.observations(), std::ssize(variance_.quantities()));
   }
+  const Pass pass{.point = point, .expand = expand, .before = before, .result = result};
   std::vector<ChunkSums> chunks(chunks_.size() - 1);
   parallel_for(chunks.size(), model_.threads(), [&](std::size_t chunk, std::size_t worker) {
-    linearize_chunk(point, expand, before, chunk, scratch_[worker], chunks[chunk], result);
+    linearize_chunk(pass, chunk, scratch_[worker], chunks[chunk]);
   });
-  add_carried(point, chunks, result);
+  add_carried(pass, chunks);
   VectorXd log_squares = VectorXd::Zero(static_cast<Index>(variance_.quantities().size()));
   for (const ChunkSums& sums : chunks) {
     result.model.moments.sum_log() += sums.sum_log;
     log_squares += sums.log_squares;
   }
-  if (variance_.correlated() != nullptr) return add_correlated(point, expand, before, result);
+  if (variance_.correlated() != nullptr) return add_correlated(pass);
   if (before != nullptr && before->weight.size() == 0) result.squares_before = result.squares;
   if (expand) center(log_squares, result);
   return result.squares.allFinite() && result.model.moments.all_finite();

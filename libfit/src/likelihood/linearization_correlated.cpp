@@ -8,24 +8,19 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
-void Linearizer::keep_rows(const Segment& segment,
+void Linearizer::keep_rows(const Pass& pass,
+                           const Segment& segment,
                            Index offset,
-                           bool expand,
-                           const Scratch& scratch,
-                           const Linearization& result) const {
+                           const Scratch& scratch) const {
   const Index rows = segment.end - segment.begin;
   for (std::size_t j = 0; j < scratch.columns.size(); ++j) {
     auto target = kept_rows_.col(static_cast<Index>(j)).segment(segment.begin, rows);
     target = Eigen::Map<const VectorXd>(scratch.columns[j], rows);
-    if (result.weight.size() > 0) {
-      target.array() *= result.weight.segment(segment.begin, rows).sqrt();
+    if (pass.result.weight.size() > 0) {
+      target.array() *= pass.result.weight.segment(segment.begin, rows).sqrt();
     }
   }
-  if (!expand || kept_slopes_.cols() == 0) return;
+  if (!pass.expand || kept_slopes_.cols() == 0) return;
   for (std::size_t k = 0; k < variance_.quantities().size(); ++k) {
     kept_slopes_.col(static_cast<Index>(k)).segment(segment.begin, rows) =
         log_scale_slope(k, offset, rows, scratch);
@@ -50,13 +45,9 @@ MatrixXd Linearizer::scale_slopes(const std::vector<Index>& rows) const {
   return result;
 }
 
-void Linearizer::add_correlated_group(Index group,
-                                      bool expand,
-                                      const Linearization* before,
-                                      Linearization& result,
-                                      VectorXd& sum_log) const {
+void Linearizer::add_correlated_group(const Pass& pass, Index group, VectorXd& sum_log) const {
   const CorrelatedRows& correlated = *variance_.correlated();
-  GroupMoments& moments = result.model.moments;
+  GroupMoments& moments = pass.result.model.moments;
   const Index w = moments.width();
   const Index scale_count = variance_.parameter_count() - variance_.correlation_count();
   const auto add = [&](Index term, const MatrixXd& a, const MatrixXd& b) {
@@ -72,18 +63,18 @@ void Linearizer::add_correlated_group(Index group,
     factor.whiten(whitened);
     Eigen::Map<MatrixXd>(moments.term(group, 0), w, w) += whitened.transpose() * whitened;
     sum_log[0] += factor.log_determinant();
-    if (before != nullptr) {
+    if (pass.before != nullptr) {
       MatrixXd residual = scaled.col(w - 1);
-      if (before->weight.size() > 0) {
+      if (pass.before->weight.size() > 0) {
         for (std::size_t i = 0; i < rows.size(); ++i) {
           residual(static_cast<Index>(i), 0) *=
-              std::sqrt(before->weight[rows[i]] / result.weight[rows[i]]);
+              std::sqrt(pass.before->weight[rows[i]] / pass.result.weight[rows[i]]);
         }
       }
       factors_[factors_before_].factors[k]->whiten(residual);
-      result.squares_before[group] += residual.squaredNorm();
+      pass.result.squares_before[group] += residual.squaredNorm();
     }
-    if (!expand) continue;
+    if (!pass.expand) continue;
     const MatrixXd slopes = scale_slopes(rows);
     for (Index j = 0; j < scale_count; ++j) {
       MatrixXd moved = -(slopes.col(j).asDiagonal() * scaled);
@@ -107,13 +98,10 @@ std::size_t Linearizer::kept_factors(const VectorXd& parameters, std::size_t fre
   return free;
 }
 
-bool Linearizer::add_correlated(const LinearizationPoint& point,
-                                bool expand,
-                                const Linearization* before,
-                                Linearization& result) {
-  const VectorXd parameters = variance_.correlation_part(point.variance);
+bool Linearizer::add_correlated(const Pass& pass) {
+  const VectorXd parameters = variance_.correlation_part(pass.point.variance);
   const VectorXd earlier =
-      before == nullptr ? parameters : variance_.correlation_part(before->variance);
+      pass.before == nullptr ? parameters : variance_.correlation_part(pass.before->variance);
   if (!parameters.allFinite()) return false;
   factors_before_ = kept_factors(earlier, 0);
   factors_now_ = kept_factors(parameters, 1 - factors_before_);
@@ -121,20 +109,21 @@ bool Linearizer::add_correlated(const LinearizationPoint& point,
     return false;
   }
   constexpr Index kPartGroups = 64;
-  const Index groups = std::min(model_.group_count(), point.last_group) - point.first_group;
+  const Index groups =
+      std::min(model_.group_count(), pass.point.last_group) - pass.point.first_group;
   const auto parts = static_cast<std::size_t>((groups + kPartGroups - 1) / kPartGroups);
-  std::vector<VectorXd> sums(parts, VectorXd::Zero(result.model.moments.terms()));
+  std::vector<VectorXd> sums(parts, VectorXd::Zero(pass.result.model.moments.terms()));
   parallel_for(parts, model_.threads(), [&](std::size_t part) {
-    const Index begin = point.first_group + static_cast<Index>(part) * kPartGroups;
-    const Index end = std::min(begin + kPartGroups, point.first_group + groups);
+    const Index begin = pass.point.first_group + static_cast<Index>(part) * kPartGroups;
+    const Index end = std::min(begin + kPartGroups, pass.point.first_group + groups);
     for (Index group = begin; group < end; ++group) {
-      add_correlated_group(group, expand, before, result, sums[part]);
-      finish_group(group, point, result);
+      add_correlated_group(pass, group, sums[part]);
+      finish_group(pass, group);
     }
   });
-  for (const VectorXd& sum : sums) result.model.moments.sum_log() += sum;
-  result.longest_change = VectorXd::Constant(result.model.moments.parameters(), 1.0);
-  return result.squares.allFinite() && result.model.moments.all_finite();
+  for (const VectorXd& sum : sums) pass.result.model.moments.sum_log() += sum;
+  pass.result.longest_change = VectorXd::Constant(pass.result.model.moments.parameters(), 1.0);
+  return pass.result.squares.allFinite() && pass.result.model.moments.all_finite();
 }
 
 }  // namespace silvafit::fit

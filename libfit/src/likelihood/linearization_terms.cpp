@@ -4,9 +4,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-using Eigen::VectorXd;
-
 const NonlinearModel::Strata* Linearizer::strata_of(std::size_t quantity) const {
   const int strata = variance_.quantities()[quantity].strata;
   return strata < 0 ? nullptr : &variance_.data().strata[static_cast<std::size_t>(strata)];
@@ -45,12 +42,12 @@ void Linearizer::make_terms() {
   }
 }
 
-void Linearizer::add_terms(const Segment& segment,
+void Linearizer::add_terms(const Pass& pass,
+                           const Segment& segment,
                            Index offset,
                            Scratch& scratch,
                            double* products,
-                           ChunkSums& sums,
-                           const Linearization& result) const {
+                           ChunkSums& sums) const {
   const Index rows = segment.end - segment.begin;
   const auto first = static_cast<Index>(is_scalar_.size()) + 3;
   const auto quantity_count = static_cast<Index>(variance_.quantities().size());
@@ -66,14 +63,14 @@ void Linearizer::add_terms(const Segment& segment,
       pair = term.pair;
       if (!is_linear(term)) ++second;
     }
-    double sum = fill_term(term, segment, offset, second, scratch, result);
+    double sum = fill_term(term, segment, offset, second, scratch, pass.result);
     if (term.stratum >= 0 || term.other_stratum >= 0) {
       const std::optional<double> masked = mask_term(term, segment, offset, second, scratch);
       if (!masked) continue;
       sum = *masked;
     }
     sums.sum_log[static_cast<Index>(t) + 1] += sum;
-    const auto width = static_cast<std::size_t>(result.model.moments.width());
+    const auto width = static_cast<std::size_t>(pass.result.model.moments.width());
     add_products(scratch.term_weight.data(), rows, scratch, products + (t + 1) * width * width);
   }
 }

@@ -3,10 +3,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 MarginalPoint MarginalCoordinates::point(const VectorXd& x) const {
   MarginalPoint point{.observation = {.beta = model_.extended(layout_.beta(x)),
                                       .variance = layout_.variance_part(x),

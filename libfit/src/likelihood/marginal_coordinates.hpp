@@ -2,10 +2,9 @@
 // The parameters of a marginal likelihood as one vector of numbers of order one.
 #pragma once
 
-#include <Eigen/Core>
-
 #include "likelihood/marginal_likelihood.hpp"
 #include "likelihood/surface_layout.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
@@ -20,24 +19,23 @@ class MarginalCoordinates {
       : model_(model), layout_(model, variance, frame, frame.beta.cols()) {}
 
   const SurfaceLayout& layout() const { return layout_; }
-  MarginalPoint point(const Eigen::VectorXd& x) const;
-  Eigen::VectorXd gradient(const MarginalValue& value) const;
+  MarginalPoint point(const VectorXd& x) const;
+  VectorXd gradient(const MarginalValue& value) const;
   /// \param observation  beta without those that have random effects only
   /// \param covariances  Psi of each term, in the coefficients' own units
-  Eigen::VectorXd coordinates(const ObservationPoint& observation,
-                              const std::vector<Eigen::MatrixXd>& covariances) const;
+  VectorXd coordinates(const ObservationPoint& observation,
+                       const std::vector<MatrixXd>& covariances) const;
   /// (q x groups) of each term: the modes v of random effects b = L v, as far as L can represent
   /// them.
   /// \param effects  in the coefficients' own units
-  std::vector<Eigen::MatrixXd> spherical(const Eigen::VectorXd& x,
-                                         const std::vector<Eigen::MatrixXd>& effects) const;
+  std::vector<MatrixXd> spherical(const VectorXd& x, const std::vector<MatrixXd>& effects) const;
   /// x with a larger covariance of a term in one direction of the frame.
-  Eigen::VectorXd widened(const Eigen::VectorXd& x,
-                          std::size_t term,
-                          const Eigen::VectorXd& direction,
-                          double size) const;
+  VectorXd widened(const VectorXd& x,
+                   std::size_t term,
+                   const VectorXd& direction,
+                   double size) const;
   /// The covariance of a term in the frame.
-  Eigen::MatrixXd scaled_covariance(const Eigen::VectorXd& x, std::size_t term) const;
+  MatrixXd scaled_covariance(const VectorXd& x, std::size_t term) const;
 
  private:
   const NonlinearModel& model_;

@@ -5,24 +5,25 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <utility>
 
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
 
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 // Rows of a block of clusters, so few that their data fit into the cache during searches.
 constexpr Index kCacheRows = 4096;
 
 }  // namespace
+
+Curvature curvature_of(Method method) {
+  if (method == Method::kFirstOrder) return Curvature::kFirstOrder;
+  return method == Method::kInteraction ? Curvature::kExpected : Curvature::kFull;
+}
 
 MarginalLikelihood::MarginalLikelihood(const NonlinearModel& model,
                                        const VarianceModel& variance,
@@ -139,7 +140,7 @@ MarginalValue MarginalLikelihood::value(const MarginalPoint& point,
   if (std::isfinite(total.minus_log_likelihood)) {
     std::swap(modes_, modes);
   } else {
-    total.minus_log_likelihood = std::numeric_limits<double>::infinity();
+    total.minus_log_likelihood = kInfinity;
   }
   return total;
 }
@@ -150,8 +151,7 @@ std::optional<VectorXd> MarginalLikelihood::find_modes(const MarginalPoint& poin
   model_.check_stop();
   sums_.set_point(point.observation);
   const RandomDesign design = design_of(point);
-  VectorXd objectives =
-      VectorXd::Constant(model_.cluster_count(), std::numeric_limits<double>::infinity());
+  VectorXd objectives = VectorXd::Constant(model_.cluster_count(), kInfinity);
   std::vector<char> is_found(blocks_.size(), 0);
   parallel_for(blocks_.size(), model_.threads(), [&](std::size_t b, std::size_t worker) {
     const bool found =

@@ -3,15 +3,19 @@
 // gradient.
 #pragma once
 
-#include <Eigen/Core>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "likelihood/marginal_block.hpp"
 #include "likelihood/shared_clusters.hpp"
+#include "silvafit/fit/matrices.hpp"
+#include "silvafit/fit/mixed_effects.hpp"
 
 namespace silvafit::fit {
+
+/// The curvature that stands in the log-determinant of a method's likelihood.
+Curvature curvature_of(Method method);
 
 /// F = -log of the integral over the random effects b = L v, v ~ N(0, I), of each cluster:
 /// Laplace's method with K of Curvature, F_j = rho_j + v'v/2 + log|I + L'KL|/2 at the mode v;
@@ -41,14 +45,14 @@ class MarginalLikelihood {
   /// \param known  other modes, or null: searches near them are stopped
   /// \returns (C) the minimized objective, except for a constant; infinite if the mode is a known
   ///   one. No value if a search ends at a flat conditional mode.
-  std::optional<Eigen::VectorXd> find_modes(const MarginalPoint& point,
-                                            Eigen::VectorXd& modes,
-                                            const Eigen::VectorXd* known);
+  std::optional<VectorXd> find_modes(const MarginalPoint& point,
+                                     VectorXd& modes,
+                                     const VectorXd* known);
 
   /// Modes of the random effects at the last value.
-  const Eigen::VectorXd& modes() const { return modes_; }
+  const VectorXd& modes() const { return modes_; }
   /// Sets the starts of the search for modes.
-  void set_modes(Eigen::VectorXd modes);
+  void set_modes(VectorXd modes);
   /// Stores the modes of the last evaluation, which must have been finite and with a gradient, ...
   void keep_modes(const MarginalPoint& point);
   /// ... and starts the next search from these, moved to first order by the change of the
@@ -62,7 +66,7 @@ class MarginalLikelihood {
 
  private:
   void cut_into_blocks();
-  void add_block(const QuadratureRule* rule, Eigen::Index first, Eigen::Index last);
+  void add_block(const QuadratureRule* rule, Index first, Index last);
   RandomDesign design_of(const MarginalPoint& point) const;
   MarginalValue total_of(const std::vector<MarginalValue>& parts, const MarginalPoint& point) const;
   MarginalValue value(const MarginalPoint& point, bool with_gradient, const PointChange* change);
@@ -75,11 +79,11 @@ class MarginalLikelihood {
   QuadratureRule rule_;
   std::vector<std::unique_ptr<MarginalBlock>> blocks_;
   std::vector<ObservationSums::Workspace> workspaces_;  ///< by worker
-  Eigen::VectorXd modes_;
-  Eigen::VectorXd kept_;
+  VectorXd modes_;
+  VectorXd kept_;
   MarginalPoint kept_at_;
   bool starts_from_kept_ = false;
-  Eigen::MatrixXd effects_;  ///< (r x G) memory for the random effects b
+  MatrixXd effects_;  ///< (r x G) memory for the random effects b
 };
 
 }  // namespace silvafit::fit

@@ -9,8 +9,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-
 constexpr double kUsual = 0.5;    // from this eigenvalue on, f is the identity
 constexpr double kLowest = 0.25;  // its limit
 

@@ -6,10 +6,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 LinearMixedProfile ProfileSums::solve(const LinearMixedModel& model,
                                       const VectorXd& displacement,
                                       const HeldParameters& held) {

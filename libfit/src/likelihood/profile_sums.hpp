@@ -12,24 +12,24 @@ namespace silvafit::fit {
 /// The derivative of the likelihood by a symmetric matrix of cross products, F F', with the vectors
 /// of F in rows.
 struct Adjoint {
-  Eigen::Index count = 0;
+  Index count = 0;
   std::vector<double> vectors{};  ///< (count x width)
 };
 
 /// Cross products of [X w] without the random effects, and half the log-determinant of A.
 struct ProfileSums {
-  Eigen::MatrixXd total{};  ///< (width x width)
+  MatrixXd total{};  ///< (width x width)
   double log_determinant = 0.0;
 
   /// The members of the profile that need no derivatives.
   LinearMixedProfile solve(const LinearMixedModel& model,
-                           const Eigen::VectorXd& displacement,
+                           const VectorXd& displacement,
                            const HeldParameters& held);
   /// dF / d total: the residuals' part of S and, restricted, that of log|X'V^-1 X| / 2.
   Adjoint adjoint(const LinearMixedModel& model, const LinearMixedProfile& at) const;
 
  private:
-  Eigen::LLT<Eigen::MatrixXd> information_;
+  Eigen::LLT<MatrixXd> information_;
 };
 
 }  // namespace silvafit::fit

@@ -9,9 +9,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-using Eigen::VectorXd;
-
 VectorXd sum_over_ranks(const std::vector<VectorXd>& own, Index size) {
   const auto count = static_cast<std::size_t>(size);
   std::string bytes;

@@ -2,10 +2,10 @@
 // Clusters of one data set on the ranks of a job.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "model/coefficient_frame.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
@@ -18,8 +18,8 @@ namespace silvafit::fit {
 struct SharedClusters {
   /// First cluster of each block of this rank, and the end of the last; the blocks of rank r come
   /// before those of rank r + 1. One number: this rank has none.
-  std::vector<Eigen::Index> block_begin{0};
-  Eigen::Index observations = 0;  ///< of all ranks
+  std::vector<Index> block_begin{0};
+  Index observations = 0;         ///< of all ranks
   CoefficientFrame frame{};       ///< of the coefficients, from the sample
   std::vector<double> typical{};  ///< as in VarianceData, from the sample
 };
@@ -27,7 +27,7 @@ struct SharedClusters {
 /// The sum of the blocks of all ranks, added in order. All ranks must call it.
 /// \param own   a vector for each block of this rank
 /// \param size  of each vector
-Eigen::VectorXd sum_over_ranks(const std::vector<Eigen::VectorXd>& own, Eigen::Index size);
+VectorXd sum_over_ranks(const std::vector<VectorXd>& own, Index size);
 
 /// Whether a condition holds on at least one rank. All ranks must call it.
 bool is_on_any_rank(bool is_here);

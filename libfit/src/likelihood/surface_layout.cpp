@@ -10,10 +10,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 SurfaceLayout::SurfaceLayout(const NonlinearModel& model,
                              const VarianceModel& variance,
                              CoefficientFrame frame,

@@ -2,13 +2,13 @@
 // The layout of the parameters of a likelihood in one vector of numbers of order one.
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <vector>
 
 #include "model/coefficient_frame.hpp"
 #include "model/relative_factor.hpp"
 #include "model/variance_weights.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
@@ -22,56 +22,54 @@ class SurfaceLayout {
   SurfaceLayout(const NonlinearModel& model,
                 const VarianceModel& variance,
                 CoefficientFrame frame,
-                Eigen::Index beta_count);
+                Index beta_count);
 
-  Eigen::Index size() const { return sigma_at() + 1; }
-  Eigen::Index beta_count() const { return beta_; }
-  Eigen::Index variance_at() const { return begins_.back(); }
-  Eigen::Index variance_count() const { return variance_; }
-  Eigen::Index sigma_at() const { return variance_at() + variance_; }
+  Index size() const { return sigma_at() + 1; }
+  Index beta_count() const { return beta_; }
+  Index variance_at() const { return begins_.back(); }
+  Index variance_count() const { return variance_; }
+  Index sigma_at() const { return variance_at() + variance_; }
 
   const CoefficientFrame& frame() const { return frame_; }
   std::size_t terms() const { return factors_.size(); }
   const RelativeFactor& factor(std::size_t term) const { return factors_[term]; }
-  Eigen::Index factor_at(std::size_t term) const { return begins_[term]; }
+  Index factor_at(std::size_t term) const { return begins_[term]; }
   /// The coefficients.
-  Eigen::VectorXd beta(const Eigen::VectorXd& x) const { return frame_.beta * x.head(beta_); }
+  VectorXd beta(const VectorXd& x) const { return frame_.beta * x.head(beta_); }
   /// The gradient by the first p elements of x from that by the coefficients.
-  Eigen::VectorXd beta_gradient(const Eigen::VectorXd& by_beta) const {
+  VectorXd beta_gradient(const VectorXd& by_beta) const {
     return frame_.beta.transpose() * by_beta;
   }
   /// (q x q) L of a term, in the coefficients' own units.
-  Eigen::MatrixXd own_factor(const Eigen::VectorXd& x, std::size_t term) const;
+  MatrixXd own_factor(const VectorXd& x, std::size_t term) const;
   /// x with other elements of a factor.
-  void set_own_factor(std::size_t term, const Eigen::MatrixXd& own, Eigen::VectorXd& x) const;
+  void set_own_factor(std::size_t term, const MatrixXd& own, VectorXd& x) const;
   /// The gradient by the elements of a factor in x from that by L, of which the lower triangle is
   /// used.
-  Eigen::VectorXd factor_gradient(std::size_t term, const Eigen::MatrixXd& by_own) const;
+  VectorXd factor_gradient(std::size_t term, const MatrixXd& by_own) const;
   /// The gradient by L, lower triangular, from one by x.
-  Eigen::MatrixXd own_factor_gradient(std::size_t term, const Eigen::VectorXd& gradient) const;
+  MatrixXd own_factor_gradient(std::size_t term, const VectorXd& gradient) const;
   /// The parameters of a term's factor.
-  Eigen::VectorXd factor_part(const Eigen::VectorXd& x, std::size_t term) const {
+  VectorXd factor_part(const VectorXd& x, std::size_t term) const {
     return x.segment(factor_at(term), factor(term).parameter_count());
   }
-  Eigen::VectorXd variance_part(const Eigen::VectorXd& x) const {
-    return x.segment(variance_at(), variance_);
-  }
+  VectorXd variance_part(const VectorXd& x) const { return x.segment(variance_at(), variance_); }
   /// The name of an element of x: "b", "sd(b)", "cor(a, b)", "the variance function", "sigma".
-  std::string name(const NonlinearModel& model, Eigen::Index at) const;
+  std::string name(const NonlinearModel& model, Index at) const;
   /// Parameters as a vector.
   /// \param covariances  Psi of each term, in the coefficients' own units
   /// \param log_sigma    of the internal sigma
-  Eigen::VectorXd coordinates(const Eigen::VectorXd& beta,
-                              const std::vector<Eigen::MatrixXd>& covariances,
-                              const Eigen::VectorXd& variance,
-                              double log_sigma) const;
+  VectorXd coordinates(const VectorXd& beta,
+                       const std::vector<MatrixXd>& covariances,
+                       const VectorXd& variance,
+                       double log_sigma) const;
 
  private:
   CoefficientFrame frame_;
-  Eigen::Index beta_ = 0;
-  Eigen::Index variance_ = 0;
+  Index beta_ = 0;
+  Index variance_ = 0;
   std::vector<RelativeFactor> factors_;
-  std::vector<Eigen::Index> begins_;  ///< of each term's parameters, and of those of the variance
+  std::vector<Index> begins_;  ///< of each term's parameters, and of those of the variance
 };
 
 }  // namespace silvafit::fit

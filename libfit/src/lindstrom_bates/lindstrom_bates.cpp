@@ -4,7 +4,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -12,15 +11,12 @@
 #include "model/symmetric_eigen.hpp"
 #include "optimization/quasi_newton.hpp"
 #include "result/group_coefficients.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/fit/fit_statistics.hpp"
 #include "variance/variance_kind.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 /// (p x p) cross products of the columns of X.
 MatrixXd column_products(const Linearization& at) {
@@ -59,11 +55,7 @@ constexpr double kNearDependence = 1e-4;
 
 /// M of the frame of coefficients of each group; empty where it is the identity.
 MatrixXd mixing_at(const NonlinearModel& model, const MatrixXd& coefficients) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd jacobian;
-  model.evaluate(coefficients, mean, &jacobian, workspace);
-  return shared_frame(model, std::move(jacobian), 1.0).mixing();
+  return shared_frame(model, model.curve_at(coefficients).jacobian, 1.0).mixing();
 }
 
 VarianceData residual_data(const NonlinearModel& model, bool is_correlated) {
@@ -322,7 +314,7 @@ LindstromBatesState LindstromBates::first_order_start() {
     if (!linearize(state, nullptr, at)) break;
     const SmoothFunction objective = [&](const VectorXd& theta, VectorXd* by_theta) {
       const LinearMixedProfile value = profile_near(state, at, theta);
-      if (!value.is_valid) return std::numeric_limits<double>::infinity();
+      if (!value.is_valid) return kInfinity;
       if (by_theta != nullptr) *by_theta = gradient(value);
       return value.minus_log_likelihood;
     };
@@ -529,7 +521,7 @@ SquaresEnd LindstromBates::penalized_least_squares(LindstromBatesState& state,
   // Many consecutive short steps do not lead to a solution.
   constexpr double kShort = 0.1;
   int short_steps = 0;
-  double last_decrement = std::numeric_limits<double>::infinity();
+  double last_decrement = kInfinity;
   for (int step = 0; step < kSteps; ++step) {
     const LinearMixedProfile target = profile_at(at, state.theta, true);
     if (!target.is_valid) return SquaresEnd::kFailed;

@@ -2,7 +2,6 @@
 // The alternation of Lindstrom and Bates on one model, in coordinates of order one.
 #pragma once
 
-#include <Eigen/Core>
 #include <limits>
 #include <memory>
 #include <string>
@@ -14,6 +13,7 @@
 #include "mixed_effects/mixed_effects_evidence.hpp"
 #include "model/relative_factor.hpp"
 #include "model/variance_weights.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 
 namespace silvafit::fit {
@@ -21,12 +21,12 @@ namespace silvafit::fit {
 /// The state of an alternation.
 struct LindstromBatesState {
   /// One unit of each scaled coefficient, also of those with random effects only.
-  Eigen::VectorXd scale{};
+  VectorXd scale{};
   /// M with coefficients = M scale beta, of these columns; empty where it is the identity.
-  Eigen::MatrixXd mixing{};
-  Eigen::VectorXd beta{};                    ///< (p) scaled coefficients
-  std::vector<Eigen::MatrixXd> spherical{};  ///< (q x groups) of each term: v with b = L v, scaled
-  Eigen::VectorXd theta{};  ///< parameters of L of each term, of the variance function
+  MatrixXd mixing{};
+  VectorXd beta{};                    ///< (p) scaled coefficients
+  std::vector<MatrixXd> spherical{};  ///< (q x groups) of each term: v with b = L v, scaled
+  VectorXd theta{};                   ///< parameters of L of each term, of the variance function
 
   /// The squares of the spherical effects.
   double penalty() const;
@@ -61,8 +61,8 @@ struct LindstromBatesWork {
 struct SmallerVariance {
   LindstromBatesState state{};
   std::vector<VarianceModel::Quantity> quantities{};
-  Eigen::VectorXd parameters{};  ///< internal, of the variance function
-  double mean_log = 0.0;         ///< mean of log g
+  VectorXd parameters{};  ///< internal, of the variance function
+  double mean_log = 0.0;  ///< mean of log g
   double log_likelihood = 0.0;
   bool converged = false;
 };
@@ -86,13 +86,13 @@ enum class SquaresEnd {
 
 /// The model at the coefficients of the pooled fit (without groups).
 struct PooledFit {
-  Eigen::VectorXd coefficients{};  ///< (p)
-  Eigen::VectorXd scale{};         ///< units in which all columns of the Jacobian have size one
-  Eigen::MatrixXd mixing{};        ///< orthogonalizes nearly dependent columns, or empty
-  double log_likelihood = 0.0;     ///< of the model without random effects, nested in all others
+  VectorXd coefficients{};      ///< (p)
+  VectorXd scale{};             ///< units in which all columns of the Jacobian have size one
+  MatrixXd mixing{};            ///< orthogonalizes nearly dependent columns, or empty
+  double log_likelihood = 0.0;  ///< of the model without random effects, nested in all others
 };
 PooledFit pooled_fit(const NonlinearModel& model,
-                     const Eigen::VectorXd& start,
+                     const VectorXd& start,
                      const MixedEffectsOptions& options);
 
 class LindstromBates {
@@ -147,36 +147,33 @@ class LindstromBates {
   /// The largest tolerance of penalized least squares.
   static constexpr double kLoosestSquares = 1e-7;
 
-  Eigen::Index random_parameter_count() const;
+  Index random_parameter_count() const;
   /// Calls visit(term, factor, begin) for each term, whose parameters in theta begin there; the
   /// last term is first.
   template <typename Visit>
   void for_each_term(const Visit& visit) const {
-    Eigen::Index begin = 0;
+    Index begin = 0;
     for (std::size_t t = factors_.size(); t-- > 0;) {
       visit(t, factors_[t], begin);
       begin += factors_[t].parameter_count();
     }
   }
-  RelativeFactors factors(const Eigen::VectorXd& theta) const;
+  RelativeFactors factors(const VectorXd& theta) const;
   /// Sets the parameters of all factors in theta.
-  void set_factors(const RelativeFactors& factors, Eigen::VectorXd& theta) const;
+  void set_factors(const RelativeFactors& factors, VectorXd& theta) const;
   void make_factors();
-  Eigen::VectorXd variance_parameters(const Eigen::VectorXd& theta) const {
+  VectorXd variance_parameters(const VectorXd& theta) const {
     return theta.tail(variance_.parameter_count());
   }
   /// The state with other variance components and the same random effects.
-  LindstromBatesState with_theta(const LindstromBatesState& state,
-                                 const Eigen::VectorXd& theta) const;
+  LindstromBatesState with_theta(const LindstromBatesState& state, const VectorXd& theta) const;
   /// Uses the units of a state in the following steps.
-  void adopt_units(const Eigen::VectorXd& scale, const Eigen::MatrixXd& mixing);
+  void adopt_units(const VectorXd& scale, const MatrixXd& mixing);
   /// (k x n) coefficients in their own units from those of some columns, including all columns that
   /// these are mixed with.
-  Eigen::MatrixXd own_values(const std::vector<Eigen::Index>& columns,
-                             const Eigen::MatrixXd& scaled) const;
+  MatrixXd own_values(const std::vector<Index>& columns, const MatrixXd& scaled) const;
   /// The inverse of own_values.
-  Eigen::MatrixXd scaled_values(const std::vector<Eigen::Index>& columns,
-                                const Eigen::MatrixXd& own) const;
+  MatrixXd scaled_values(const std::vector<Index>& columns, const MatrixXd& own) const;
   /// Converts a state to units of the linearization at it, if these have changed much.
   bool rescale(LindstromBatesState& state, Linearization& at);
   /// Orthogonalizes nearly dependent columns at a state, if its units do not.
@@ -184,7 +181,7 @@ class LindstromBates {
   /// log|X'V^-1 X| in own units less that of scaled columns.
   double log_units() const;
   /// (columns x G) random effects of a state in the coefficients' own units.
-  Eigen::MatrixXd own_effects(const LindstromBatesState& state) const;
+  MatrixXd own_effects(const LindstromBatesState& state) const;
   bool linearize(const LindstromBatesState& state, const Linearization* before, Linearization& at);
   /// Minimizes the penalized squares of the random effects and coefficients.
   /// \param tolerance  squared standard errors within which slow convergence ends the search
@@ -195,22 +192,22 @@ class LindstromBates {
   /// relative to the whole, 0 if none.
   double take_step(LindstromBatesState& state, Linearization& at, const LinearMixedProfile& target);
   LinearMixedProfile profile_at(const Linearization& at,
-                                const Eigen::VectorXd& theta,
+                                const VectorXd& theta,
                                 bool with_derivatives) const;
   /// The profile of the model linear around a state, at any theta.
   LinearMixedProfile profile_near(const LindstromBatesState& state,
                                   const Linearization& at,
-                                  const Eigen::VectorXd& theta);
-  Eigen::VectorXd gradient(const LinearMixedProfile& at) const;
+                                  const VectorXd& theta);
+  VectorXd gradient(const LinearMixedProfile& at) const;
 
   const NonlinearModel& model_;
   MixedEffectsOptions options_;
-  std::string variance_text_;                      ///< for the trace
-  std::vector<std::vector<Eigen::Index>> random_;  ///< coefficients with effects of each term
+  std::string variance_text_;               ///< for the trace
+  std::vector<std::vector<Index>> random_;  ///< coefficients with effects of each term
   PooledFit pooled_;
-  std::vector<Eigen::Index> all_;        ///< 0, ..., p - 1
-  Eigen::VectorXd scale_;                ///< units in use, those of the current state
-  Eigen::MatrixXd mixing_;               ///< in use, or empty
+  std::vector<Index> all_;               ///< 0, ..., p - 1
+  VectorXd scale_;                       ///< units in use, those of the current state
+  MatrixXd mixing_;                      ///< in use, or empty
   std::vector<RelativeFactor> factors_;  ///< of each term, in the units in use
   VarianceModel variance_;
   bool is_normalized_;

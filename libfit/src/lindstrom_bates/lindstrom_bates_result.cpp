@@ -3,16 +3,12 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <cmath>
-#include <limits>
 
 #include "lindstrom_bates/lindstrom_bates.hpp"
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 /// A covariance further inside its range, along a direction in which the likelihood increases;
 /// false if there is none.
@@ -31,7 +27,7 @@ MatrixXd inverse_information(const LinearMixedProfile& at) {
   const Index p = at.information.rows();
   const Eigen::LDLT<MatrixXd> factor(at.information);
   if (!at.is_valid || factor.info() != Eigen::Success || !factor.isPositive()) {
-    return MatrixXd::Constant(p, p, std::numeric_limits<double>::quiet_NaN());
+    return MatrixXd::Constant(p, p, kNaN);
   }
   return factor.solve(MatrixXd::Identity(p, p));
 }
@@ -115,8 +111,7 @@ MixedEffectsFit LindstromBates::result(const LindstromBatesOutcome& outcome) {
       static_cast<int>(p + random_parameter_count() + variance_.parameter_count()) + 1;
   fit.observations = model_.observations();
   fit.fitted_conditional = at.mean;
-  NonlinearModel::Workspace workspace;
-  model_.evaluate(fit.estimate, fit.fitted_population, nullptr, workspace);
+  fit.fitted_population = model_.mean_at(fit.estimate);
   if (at.weight.size() > 0) {
     fit.residual_sd = sigma * at.weight.rsqrt();
   } else {

@@ -4,22 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "lindstrom_bates/lindstrom_bates.hpp"
 #include "optimization/fixed_point.hpp"
 #include "optimization/quasi_newton.hpp"
 #include "optimization/tolerances.hpp"
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
-namespace {
-
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
-}  // namespace
-
 /// One run of the alternation.
 class LindstromBates::Run {
  public:
@@ -89,7 +82,7 @@ class LindstromBates::Run {
     if (!stagnates()) return false;
     if (how_ == Alternation::kCareful) return true;
     how_ = Alternation::kCareful;
-    best_decrement_ = std::numeric_limits<double>::infinity();
+    best_decrement_ = kInfinity;
     waited_ = 0;
     mixing_.restart();
     return false;
@@ -123,7 +116,7 @@ class LindstromBates::Run {
     curve_decrement_ = (squares - here.sum_of_squares) / here.sigma2;
     const SmoothFunction objective = [&](const VectorXd& theta, VectorXd* by_theta) {
       const LinearMixedProfile& value = profile(theta);
-      if (!value.is_valid) return std::numeric_limits<double>::infinity();
+      if (!value.is_valid) return kInfinity;
       if (by_theta != nullptr) *by_theta = engine_.gradient(value);
       return value.minus_log_likelihood;
     };
@@ -272,9 +265,9 @@ class LindstromBates::Run {
   double curve_decrement_ = 0.0;
   double length_ = 1.0;
   int refusals_ = 0;
-  double highest_ = -std::numeric_limits<double>::infinity();
+  double highest_ = -kInfinity;
   int lost_ = 0;
-  double best_decrement_ = std::numeric_limits<double>::infinity();
+  double best_decrement_ = kInfinity;
   int waited_ = 0;
   LinearMixedProfile profile_;  // the last computed one, and its parameters
   VectorXd profile_theta_;

@@ -4,16 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 #include <optional>
 #include <utility>
 
 #include "least_squares/jacobian_factors.hpp"
 #include "least_squares/least_squares_verdict.hpp"
-#include "mixed_effects/constant_variance.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
 #include "optimization/tolerances.hpp"
-#include "result/estimated_terms.hpp"
+#include "result/group_coefficients.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "variance/variance_kind.hpp"
@@ -21,10 +19,6 @@
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 // Most converging runs need fewer passes over the data; most others never converge.
 constexpr int kPassesOfOneRun = 500;
@@ -70,8 +64,7 @@ bool is_better(const LindstromBatesOutcome& a, const LindstromBatesOutcome& b) {
 /// The log-likelihood that a fit must reach: that of the pooled fit, unless a held exponent makes
 /// it unreachable.
 double least_likelihood(const VarianceFunction& function, const PooledFit& pooled) {
-  return contains_constant(function) ? pooled.log_likelihood - kRoundedLikelihood
-                                     : -std::numeric_limits<double>::infinity();
+  return contains_constant(function) ? pooled.log_likelihood - kRoundedLikelihood : -kInfinity;
 }
 
 /// The best of several runs; a run counts as converged only if it reaches a given likelihood.
@@ -160,11 +153,8 @@ bool is_same_start(const VectorXd& a, const VectorXd& b) {
 /// Whether coefficients give about the same curve as the pooled fit, so that the search from there
 /// would have the same result.
 bool has_same_curve(const NonlinearModel& model, const VectorXd& pooled, const VectorXd& other) {
-  NonlinearModel::Workspace workspace;
   const auto squares = [&](const VectorXd& coefficients) {
-    VectorXd mean;
-    model.evaluate(coefficients, mean, nullptr, workspace);
-    return (model.response() - mean).squaredNorm();
+    return (model.response() - model.mean_at(coefficients)).squaredNorm();
   };
   constexpr double kMuchWorse = 2.0;
   return squares(other) <= kMuchWorse * squares(pooled);
@@ -172,10 +162,7 @@ bool has_same_curve(const NonlinearModel& model, const VectorXd& pooled, const V
 
 /// The reason why penalized least squares found no first step.
 Convergence why_no_step(const NonlinearModel& model, const VectorXd& start) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd jacobian;
-  model.evaluate(start, mean, &jacobian, workspace);
+  const auto [mean, jacobian] = model.curve_at(start);
   Convergence result;
   if (is_exact(model, (model.response() - mean).squaredNorm())) {
     result.conclude(ConvergenceStatus::kNoMaximum, {.kind = Finding::Kind::kPerfectByFixedEffects});
@@ -197,16 +184,13 @@ Convergence why_no_step(const NonlinearModel& model, const VectorXd& start) {
 
 MixedEffectsFit failed(const NonlinearModel& model, const VectorXd& start, Convergence reason) {
   MixedEffectsFit fit;
+  name_terms(model, fit);
+  fit.set_missing(model.specification());
   fit.estimate = start;
-  fit.covariance = MatrixXd::Constant(start.size(), start.size(), kNaN);
-  fit.random = missing_terms(model);
-  fit.sigma = kNaN;
-  fit.log_likelihood = kNaN;
   fit.observations = model.observations();
   fit.fitted_population = VectorXd::Constant(model.observations(), kNaN);
   fit.fitted_conditional = fit.fitted_population;
   fit.residual_sd = fit.fitted_population;
-  fit.variance = VarianceEstimate::missing(model.specification().variance);
   fit.convergence = std::move(reason);
   return fit;
 }

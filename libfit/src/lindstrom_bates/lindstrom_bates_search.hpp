@@ -29,14 +29,14 @@ struct LindstromBatesSearch {
   double unbounded = -std::numeric_limits<double>::infinity();
 };
 LindstromBatesSearch climb_lindstrom_bates(const NonlinearModel& model,
-                                           const Eigen::VectorXd& start,
+                                           const VectorXd& start,
                                            const MixedEffectsOptions& options,
                                            Persistence persistence,
                                            double spread = 1.0);
 
 /// The same, also from a typical group if the start does not lead to a fit, or is doubtful.
 LindstromBatesSearch search_lindstrom_bates(const NonlinearModel& model,
-                                            const Eigen::VectorXd& start,
+                                            const VectorXd& start,
                                             const MixedEffectsOptions& options);
 
 /// The end of one run.

@@ -18,18 +18,16 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::VectorXd;
-
 /// The result, in units of the end of the search: if the start was far away, finite differences in
 /// its units do not measure the curvature at the end.
 MixedEffectsFit result_of(MarginalSearch& search,
                           const NonlinearModel& model,
-                          Integration integration,
-                          const MarginalOptions& options,
+                          Method method,
+                          const MixedEffectsOptions& options,
                           bool is_complete) {
   MixedEffectsFit fit = search.result();
   if (!search.is_out_of_scale(fit)) return fit;
-  MarginalSearch anew(model, integration, options, fit.estimate);
+  MarginalSearch anew(model, method, options, fit.estimate);
   if (!is_complete) anew.limit_search();
   anew.try_fit(fit);
   if (!anew.has_optimum()) return fit;
@@ -40,13 +38,13 @@ MixedEffectsFit result_of(MarginalSearch& search,
 
 MarginalEnd end_of(MarginalSearch& search,
                    const NonlinearModel& model,
-                   Integration integration,
-                   const MarginalOptions& options,
+                   Method method,
+                   const MixedEffectsOptions& options,
                    bool is_complete) {
   MarginalEnd end{.evaluations = search.evaluations()};
   if (!search.has_optimum()) return end;
   end.obstacle = search.obstacle();
-  end.fit = result_of(search, model, integration, options, is_complete);
+  end.fit = result_of(search, model, method, options, is_complete);
   return end;
 }
 
@@ -73,15 +71,15 @@ MixedEffectsFit without_modes(const NonlinearModel& model, MixedEffectsFit linea
 }  // namespace
 
 void check_marginal(const NonlinearModel& model,
-                    Integration integration,
-                    const MarginalOptions& options) {
+                    Method method,
+                    const MixedEffectsOptions& options) {
   const ModelSpecification& specification = model.specification();
   if (specification.random.empty()) {
     throw UsageError(
         "a marginal likelihood needs random effects; for a model without random effects use ols or "
         "gnls");
   }
-  if (integration != Integration::kQuadrature) return;
+  if (method != Method::kQuadrature) return;
   constexpr std::size_t kMostQuadrature = 3;
   const std::size_t effects = specification.random.back().coefficients.size();
   if (specification.random.size() > 1 || are_crossed(specification.random) ||
@@ -110,10 +108,10 @@ void check_marginal(const NonlinearModel& model,
 
 std::optional<MixedEffectsFit> refit_marginal(const NonlinearModel& model,
                                               const MixedEffectsFit& start,
-                                              Integration integration,
-                                              const MarginalOptions& options) {
-  check_marginal(model, integration, options);
-  std::optional<MixedEffectsFit> fit = marginal_from(model, start, integration, options).fit;
+                                              Method method,
+                                              const MixedEffectsOptions& options) {
+  check_marginal(model, method, options);
+  std::optional<MixedEffectsFit> fit = marginal_from(model, start, method, options).fit;
   if (!fit || !fit->convergence.converged()) return std::nullopt;
   describe(model, *fit);
   judge(model, *fit, Rounds::kEvaluations);
@@ -122,51 +120,51 @@ std::optional<MixedEffectsFit> refit_marginal(const NonlinearModel& model,
 
 MarginalEnd marginal_from(const NonlinearModel& model,
                           const MixedEffectsFit& start,
-                          Integration integration,
-                          const MarginalOptions& options,
+                          Method method,
+                          const MixedEffectsOptions& options,
                           const MarginalEffort& effort) {
-  MarginalSearch search(model, integration, options, start.estimate);
+  MarginalSearch search(model, method, options, start.estimate);
   if (!effort.is_complete) search.limit_search();
   search.stop_below(effort.known);
   search.try_fit(start);
-  return end_of(search, model, integration, options, effort.is_complete);
+  return end_of(search, model, method, options, effort.is_complete);
 }
 
 MarginalEnd marginal_from_coefficients(const NonlinearModel& model,
                                        const VectorXd& coefficients,
-                                       Integration integration,
-                                       const MarginalOptions& options,
+                                       Method method,
+                                       const MixedEffectsOptions& options,
                                        const MarginalEffort& effort) {
-  MarginalSearch search(model, integration, options, coefficients);
+  MarginalSearch search(model, method, options, coefficients);
   search.limit_search();
   search.stop_below(effort.known);
   search.try_pooled(coefficients);
-  return end_of(search, model, integration, options, false);
+  return end_of(search, model, method, options, false);
 }
 
 double marginal_log_likelihood(const NonlinearModel& model,
                                const MixedEffectsFit& fit,
-                               Integration integration,
-                               const MarginalOptions& options) {
-  return MarginalSearch(model, integration, options, fit.estimate).value_of(fit);
+                               Method method,
+                               const MixedEffectsOptions& options) {
+  return MarginalSearch(model, method, options, fit.estimate).value_of(fit);
 }
 
 MixedEffectsFit fit_marginal(const NonlinearModel& model,
                              const VectorXd& start,
-                             Integration integration,
-                             const MarginalOptions& options) {
-  check_marginal(model, integration, options);
+                             Method method,
+                             const MixedEffectsOptions& options) {
+  check_marginal(model, method, options);
   const MixedEffectsFit linearized = fit_lindstrom_bates(model, start, {.starts = options.starts});
-  return fit_marginal_from(model, start, linearized, integration, options);
+  return fit_marginal_from(model, start, linearized, method, options);
 }
 
 MixedEffectsFit fit_marginal_from(const NonlinearModel& model,
                                   const VectorXd& pooled,
                                   const MixedEffectsFit& linearized,
-                                  Integration integration,
-                                  const MarginalOptions& options) {
-  MarginalSearch search(model, integration, options, linearized.estimate);
-  const bool is_first_order = !needs_curvature(integration);
+                                  Method method,
+                                  const MixedEffectsOptions& options) {
+  MarginalSearch search(model, method, options, linearized.estimate);
+  const bool is_first_order = !needs_curvature(method);
   // With parameters that are not identifiable, the linear model may still be at a maximum.
   const bool is_at_maximum =
       linearized.convergence.converged() || linearized.convergence.rank < pooled.size();
@@ -174,7 +172,7 @@ MixedEffectsFit fit_marginal_from(const NonlinearModel& model,
   std::optional<MixedEffectsFit> smooth;
   if (!search.has_converged() && !is_first_order) {
     // The first-order likelihood is bounded, and smooth if there are modes.
-    MarginalSearch first_order(model, Integration::kInteraction, options, linearized.estimate);
+    MarginalSearch first_order(model, Method::kInteraction, options, linearized.estimate);
     first_order.try_fit(linearized);
     if (!first_order.has_converged()) first_order.try_pooled(pooled);
     if (first_order.has_optimum()) smooth = first_order.result();
@@ -185,7 +183,7 @@ MixedEffectsFit fit_marginal_from(const NonlinearModel& model,
     return smooth ? without_clear_modes(model, *std::move(smooth))
                   : without_modes(model, linearized);
   }
-  MixedEffectsFit fit = result_of(search, model, integration, options, true);
+  MixedEffectsFit fit = result_of(search, model, method, options, true);
   describe(model, fit);
   judge(model, fit, Rounds::kEvaluations, false, search.obstacle());
   return fit;

@@ -2,20 +2,18 @@
 // Searches of a marginal likelihood from given fits.
 #pragma once
 
-#include <Eigen/Core>
-#include <limits>
 #include <optional>
 
 #include "mixed_effects/mixed_effects_evidence.hpp"
+#include "silvafit/base/constants.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
 
 /// \throws UsageError without random effects, or if there are too many for quadrature
-void check_marginal(const NonlinearModel& model,
-                    Integration integration,
-                    const MarginalOptions& options);
+void check_marginal(const NonlinearModel& model, Method method, const MixedEffectsOptions& options);
 
 /// The extent of a search.
 struct MarginalEffort {
@@ -24,7 +22,7 @@ struct MarginalEffort {
   bool is_complete = false;
   /// Log-likelihood of a known maximum: a search stops if it is below and its progress is too slow
   /// to reach it.
-  double known = -std::numeric_limits<double>::infinity();
+  double known = -kInfinity;
 };
 
 /// The end of a search.
@@ -39,39 +37,39 @@ struct MarginalEnd {
 /// The maximum of one search from a fit.
 MarginalEnd marginal_from(const NonlinearModel& model,
                           const MixedEffectsFit& start,
-                          Integration integration,
-                          const MarginalOptions& options,
+                          Method method,
+                          const MixedEffectsOptions& options,
                           const MarginalEffort& effort = {});
 
 /// The maximum of a short search from coefficients with random effects of several spreads.
 /// \param coefficients  (p)
 MarginalEnd marginal_from_coefficients(const NonlinearModel& model,
-                                       const Eigen::VectorXd& coefficients,
-                                       Integration integration,
-                                       const MarginalOptions& options,
+                                       const VectorXd& coefficients,
+                                       Method method,
+                                       const MixedEffectsOptions& options,
                                        const MarginalEffort& effort = {});
 
 /// The maximum of one search from a fit, with standard errors and convergence message.
 /// \returns no value if it does not converge
 std::optional<MixedEffectsFit> refit_marginal(const NonlinearModel& model,
                                               const MixedEffectsFit& start,
-                                              Integration integration,
-                                              const MarginalOptions& options);
+                                              Method method,
+                                              const MixedEffectsOptions& options);
 
 /// The log-likelihood at the estimates of a fit; NaN if it is not valid there.
 double marginal_log_likelihood(const NonlinearModel& model,
                                const MixedEffectsFit& fit,
-                               Integration integration,
-                               const MarginalOptions& options);
+                               Method method,
+                               const MixedEffectsOptions& options);
 
 /// Fits from the end of Lindstrom and Bates' method and, if this does not converge, from the
 /// maximum of the first-order method and the pooled fit.
 /// \param pooled      (p) coefficients of the pooled fit
 /// \param linearized  a complete fit by Lindstrom and Bates' method, converged or not
 MixedEffectsFit fit_marginal_from(const NonlinearModel& model,
-                                  const Eigen::VectorXd& pooled,
+                                  const VectorXd& pooled,
                                   const MixedEffectsFit& linearized,
-                                  Integration integration,
-                                  const MarginalOptions& options);
+                                  Method method,
+                                  const MixedEffectsOptions& options);
 
 }  // namespace silvafit::fit

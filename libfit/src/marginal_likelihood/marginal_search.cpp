@@ -7,21 +7,16 @@
 #include <utility>
 
 #include "least_squares/least_squares_verdict.hpp"
-#include "likelihood/integration_method.hpp"
-#include "likelihood/other_modes.hpp"
+#include "likelihood/marginal_likelihood.hpp"
 #include "mixed_effects/degenerate_fit.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "optimization/kinked_minimum.hpp"
 #include "optimization/tolerances.hpp"
-#include "result/estimated_terms.hpp"
 #include "result/group_coefficients.hpp"
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 // Newton decrement at which a search ends.
 constexpr double kConvergedDecrement = 1e-10;
@@ -36,26 +31,62 @@ VarianceData data_of(const NonlinearModel& model, const SharedClusters* shared) 
   return data;
 }
 
-}  // namespace
-
-bool needs_curvature(Integration integration) {
-  return curvature_of(integration) == Curvature::kFull;
+/// Replaces the modes of clusters by other ones whose objective is lower by more than rounding.
+/// \param objectives  the minimized objectives: of the modes, and of the others
+/// \return            whether a mode was replaced
+bool take_lower(const EffectLayout& layout,
+                const VectorXd& others,
+                const VectorXd& of_others,
+                VectorXd& modes,
+                VectorXd& objectives) {
+  constexpr double kLower = 1e-6;
+  bool any = false;
+  for (Index c = 0; c < objectives.size(); ++c) {
+    if (!(of_others[c] < objectives[c] - kLower)) continue;
+    const Index begin = layout.begin(c);
+    const Index size = layout.begin(c + 1) - begin;
+    modes.segment(begin, size) = others.segment(begin, size);
+    objectives[c] = of_others[c];
+    any = true;
+  }
+  return any;
 }
 
+/// Further starts of the search for modes: no effects, and each effect far to either side.
+std::vector<VectorXd> other_starts(const EffectLayout& layout) {
+  const VectorXd none = VectorXd::Zero(layout.size());
+  std::vector<VectorXd> starts{none};
+  // Standard deviations.
+  for (const double side : {2.0, -2.0, 1.0, -1.0}) {
+    for (std::size_t t = layout.terms(); t-- > 0;) {
+      for (Index k = 0; k < layout.count(t); ++k) {
+        std::vector<MatrixXd> terms = layout.by_term(none);
+        terms[t].row(k).setConstant(side);
+        starts.push_back(layout.from_terms(terms));
+      }
+    }
+  }
+  return starts;
+}
+
+}  // namespace
+
+bool needs_curvature(Method method) { return curvature_of(method) == Curvature::kFull; }
+
 MarginalSearch::MarginalSearch(const NonlinearModel& model,
-                               Integration integration,
-                               const MarginalOptions& options,
+                               Method method,
+                               const MixedEffectsOptions& options,
                                const VectorXd& near,
                                const SharedClusters* shared)
     : model_(model),
       shared_(shared),
       options_(options),
-      integration_(integration),
+      method_(method),
       variance_(model.specification().variance, data_of(model, shared)),
       likelihood_(model,
                   variance_,
-                  curvature_of(integration),
-                  integration == Integration::kQuadrature ? options.quadrature_points : 1,
+                  curvature_of(method),
+                  method == Method::kQuadrature ? options.quadrature_points : 1,
                   shared),
       coordinates_(model, variance_, shared != nullptr ? shared->frame : frame_at(model, near)) {}
 
@@ -74,10 +105,7 @@ void MarginalSearch::try_fit(const MixedEffectsFit& fit) {
 }
 
 void MarginalSearch::try_pooled(const VectorXd& beta) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  model_.evaluate(beta, mean, nullptr, workspace);
-  const double residual_sd = std::sqrt((model_.response() - mean).squaredNorm() /
+  const double residual_sd = std::sqrt((model_.response() - model_.mean_at(beta)).squaredNorm() /
                                        static_cast<double>(model_.observations()));
   for (const double spread : {0.3, 0.03, 1.0}) {
     try_spread(beta, residual_sd, spread);
@@ -87,17 +115,14 @@ void MarginalSearch::try_pooled(const VectorXd& beta) {
 
 double MarginalSearch::value_of(const MixedEffectsFit& fit) {
   const VectorXd x = coordinates_of(fit);
-  if (!x.allFinite()) return std::numeric_limits<double>::quiet_NaN();
+  if (!x.allFinite()) return kNaN;
   likelihood_.set_modes(modes_of(fit, x));
   const double value = value_at(x, nullptr);
-  return std::isfinite(value) ? -value : std::numeric_limits<double>::quiet_NaN();
+  return std::isfinite(value) ? -value : kNaN;
 }
 
 bool MarginalSearch::is_out_of_scale(const MixedEffectsFit& fit) const {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd jacobian;
-  model_.evaluate(fit.estimate, mean, &jacobian, workspace);
+  auto [mean, jacobian] = model_.curve_at(fit.estimate);
   jacobian *= coordinates_.layout().frame().beta;
   const Eigen::ArrayXd ratio = jacobian.colwise().norm() / (model_.response() - mean).norm();
   constexpr double kUnsuitable = 4.0;
@@ -167,7 +192,7 @@ VectorXd MarginalSearch::modes_of(const MixedEffectsFit& fit, const VectorXd& x)
 
 Obstacle MarginalSearch::ended_by() const {
   constexpr int kOften = 20;
-  if (needs_curvature(integration_) && (outside_ > kOften || best_.is_blocked)) {
+  if (needs_curvature(method_) && (outside_ > kOften || best_.is_blocked)) {
     return {.status = ConvergenceStatus::kInvalidApproximation,
             .cause = Finding::Kind::kNoClearMode};
   }
@@ -234,7 +259,7 @@ void MarginalSearch::run(const VectorXd& start, VectorXd modes) {
 
 bool MarginalSearch::finds_higher_modes(const Optimum& optimum) {
   // The modes of the first-order method are those of another density.
-  if (integration_ == Integration::kFirstOrder) return false;
+  if (method_ == Method::kFirstOrder) return false;
   const MarginalPoint point = coordinates_.point(optimum.x);
   VectorXd highest = optimum.modes;
   std::optional<VectorXd> lowest = likelihood_.find_modes(point, highest, nullptr);
@@ -254,7 +279,7 @@ MarginalSearch::Optimum MarginalSearch::searched(const VectorXd& start) {
   // Modes are searched from those of the lowest point: those of a refused step may belong to
   // another maximum of the density of the random effects.
   const VectorXd first = likelihood_.modes();
-  double lowest = std::numeric_limits<double>::infinity();
+  double lowest = kInfinity;
   const SmoothFunction function = [&](const VectorXd& x, VectorXd* gradient) {
     if (std::isfinite(lowest)) {
       likelihood_.set_kept_modes();
@@ -271,7 +296,7 @@ MarginalSearch::Optimum MarginalSearch::searched(const VectorXd& start) {
   // After the last allowed evaluation all further steps are refused.
   const SmoothFunction objective = [&](const VectorXd& x, VectorXd* gradient) {
     check_progress(lowest);
-    return is_exhausted() ? std::numeric_limits<double>::infinity() : function(x, gradient);
+    return is_exhausted() ? kInfinity : function(x, gradient);
   };
   Optimum optimum;
   const auto minimum_from = [&](const VectorXd& x, const MatrixXd& curvature, int steps) {
@@ -286,7 +311,7 @@ MarginalSearch::Optimum MarginalSearch::searched(const VectorXd& start) {
   };
   QuasiNewtonResult found = minimum_from(start, {}, 2 * steps_);
   MatrixXd hessian;
-  double last = std::numeric_limits<double>::infinity();
+  double last = kInfinity;
   for (int round = 0; round < rounds_ && std::isfinite(found.value) && !is_too_slow_; ++round) {
     // The certificate uses the true Hessian, not that of the quasi-Newton updates.
     VectorXd gradient;
@@ -303,7 +328,7 @@ MarginalSearch::Optimum MarginalSearch::searched(const VectorXd& start) {
     if (is_exhausted() || found.is_blocked) break;
     const VectorXd lower = lower_point(optimum, certificate);
     if (lower.size() > 0) {
-      last = std::numeric_limits<double>::infinity();
+      last = kInfinity;
       found = minimum_from(lower, {}, steps_);
     } else if (optimum.decrement <= kConvergedDecrement ||
                (optimum.decrement <= kReachedDecrement && optimum.decrement > 0.5 * last)) {
@@ -375,9 +400,8 @@ void fill_in_fitted(const NonlinearModel& model,
                     double scale,
                     const VectorXd& parameters,
                     MixedEffectsFit& fit) {
-  NonlinearModel::Workspace workspace;
-  model.evaluate(fit.estimate, fit.fitted_population, nullptr, workspace);
-  model.evaluate(group_coefficients(model, fit), fit.fitted_conditional, nullptr, workspace);
+  fit.fitted_population = model.mean_at(fit.estimate);
+  fit.fitted_conditional = model.mean_at(group_coefficients(model, fit));
   const ResidualScale residual = variance.scale(fit.fitted_conditional, parameters, false);
   fit.residual_sd = scale * residual.weight.rsqrt();
   fit.floored_variances = variance.floored(fit.fitted_conditional);

@@ -2,9 +2,7 @@
 // The search of a maximum of a marginal likelihood: steps, certificate, steps from saddle points.
 #pragma once
 
-#include <Eigen/Core>
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include "likelihood/marginal_coordinates.hpp"
@@ -13,12 +11,14 @@
 #include "model/variance_weights.hpp"
 #include "optimization/curvature_certificate.hpp"
 #include "optimization/quasi_newton.hpp"
+#include "silvafit/base/constants.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 
 namespace silvafit::fit {
 
 /// Whether the likelihood uses the true curvature at the modes, which may be negative elsewhere.
-bool needs_curvature(Integration integration);
+bool needs_curvature(Method method);
 
 /// Computes the fitted values of a fit with known estimates, and their standard deviations.
 /// \param variance    of the model
@@ -27,7 +27,7 @@ bool needs_curvature(Integration integration);
 void fill_in_fitted(const NonlinearModel& model,
                     const VarianceModel& variance,
                     double scale,
-                    const Eigen::VectorXd& parameters,
+                    const VectorXd& parameters,
                     MixedEffectsFit& fit);
 
 /// Maximizes a marginal likelihood with its exact gradient from one or several fits; the best end
@@ -39,9 +39,9 @@ class MarginalSearch {
   ///   are shared
   /// \param shared  the model's clusters among those of all ranks; null: they are all
   MarginalSearch(const NonlinearModel& model,
-                 Integration integration,
-                 const MarginalOptions& options,
-                 const Eigen::VectorXd& near,
+                 Method method,
+                 const MixedEffectsOptions& options,
+                 const VectorXd& near,
                  const SharedClusters* shared = nullptr);
 
   /// Limits the iterations if other starts follow: near the maximum the descent may be below
@@ -56,7 +56,7 @@ class MarginalSearch {
 
   /// From the pooled fit with random effects of several spreads, until one converges; a limited
   /// search, until one ends at a valid point.
-  void try_pooled(const Eigen::VectorXd& beta);
+  void try_pooled(const VectorXd& beta);
 
   /// The log-likelihood at a fit by another method; NaN if it is not valid there.
   double value_of(const MixedEffectsFit& fit);
@@ -78,26 +78,26 @@ class MarginalSearch {
  private:
   /// The end of a search.
   struct Optimum {
-    Eigen::VectorXd x{};
-    double value = std::numeric_limits<double>::infinity();
-    double decrement = std::numeric_limits<double>::infinity();
-    Eigen::VectorXd gradient{};
-    Eigen::MatrixXd hessian{};
+    VectorXd x{};
+    double value = kInfinity;
+    double decrement = kInfinity;
+    VectorXd gradient{};
+    MatrixXd hessian{};
     bool is_blocked = false;  ///< whether only very short steps were possible
-    Eigen::VectorXd modes{};
-    Eigen::MatrixXd kinks{};  ///< normals of kinks at x
+    VectorXd modes{};
+    MatrixXd kinks{};  ///< normals of kinks at x
   };
   /// Newton decrement at which a fit has converged if rounding of gradients prevents a smaller one,
   /// as with random slopes on a covariate far from its origin.
   static constexpr double kReachedDecrement = 1e-6;
 
   /// \param spread  of the random effects, relative to the residual standard deviation
-  void try_spread(const Eigen::VectorXd& beta, double residual_sd, double spread);
+  void try_spread(const VectorXd& beta, double residual_sd, double spread);
 
-  Eigen::VectorXd coordinates_of(const MixedEffectsFit& fit) const;
+  VectorXd coordinates_of(const MixedEffectsFit& fit) const;
 
   /// The modes that a fit by another method has at x.
-  Eigen::VectorXd modes_of(const MixedEffectsFit& fit, const Eigen::VectorXd& x) const;
+  VectorXd modes_of(const MixedEffectsFit& fit, const VectorXd& x) const;
 
   /// The reason why the search did not reach a maximum.
   Obstacle ended_by() const;
@@ -112,34 +112,34 @@ class MarginalSearch {
   /// progress of the last ones (as many as a first Hessian and some steps need).
   void check_progress(double lowest);
 
-  double value_at(const Eigen::VectorXd& x, Eigen::VectorXd* gradient);
+  double value_at(const VectorXd& x, VectorXd* gradient);
 
-  void run(const Eigen::VectorXd& start, Eigen::VectorXd modes);
+  void run(const VectorXd& start, VectorXd modes);
 
   /// Searches modes from further starts, because a search that follows them from point to point may
   /// have lost the highest ones; the next evaluations start from the highest ones.
   bool finds_higher_modes(const Optimum& optimum);
 
-  Optimum searched(const Eigen::VectorXd& start);
+  Optimum searched(const VectorXd& start);
 
   /// If the search is stuck at kinks of the formula, the minimum there.
   void settle_at_kinks(const SmoothFunction& function, Optimum& optimum) const;
 
   /// A point below a saddle point, along its direction of negative curvature; no value if there is
   /// none.
-  Eigen::VectorXd lower_point(const Optimum& optimum, const CurvatureCertificate& certificate);
+  VectorXd lower_point(const Optimum& optimum, const CurvatureCertificate& certificate);
 
   /// If the covariance is singular although the likelihood increases towards the interior, a point
   /// inside; else no value. At the boundary the gradient is zero by symmetry.
-  Eigen::VectorXd inside_of(const Optimum& optimum);
+  VectorXd inside_of(const Optimum& optimum);
 
   /// The fixed effects' block of the inverse of the observed information.
-  Eigen::MatrixXd fixed_covariance() const;
+  MatrixXd fixed_covariance() const;
 
   const NonlinearModel& model_;
   const SharedClusters* shared_;
-  const MarginalOptions& options_;
-  Integration integration_;
+  const MixedEffectsOptions& options_;
+  Method method_;
   VarianceModel variance_;
   MarginalLikelihood likelihood_;
   MarginalCoordinates coordinates_;
@@ -149,8 +149,8 @@ class MarginalSearch {
   int short_steps_ = 10;  ///< in a row that end a search
   int most_evaluations_ = 500 + 50 * static_cast<int>(coordinates_.layout().size());
   int evaluations_ = 0;
-  double known_ = std::numeric_limits<double>::infinity();  ///< value of a known minimum
-  double value_at_last_check_ = std::numeric_limits<double>::infinity();
+  double known_ = kInfinity;  ///< value of a known minimum
+  double value_at_last_check_ = kInfinity;
   int next_check_ = 0;
   bool is_too_slow_ = false;
   bool is_limited_ = false;

@@ -16,10 +16,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 /// The random effects of one grouping.
 struct GroupingCovariance {
   const std::vector<std::string>& names;
@@ -151,10 +147,7 @@ PowerUse power_use(const std::vector<Index>& rows, const VectorXd& share, const 
 }  // namespace
 
 PopulationSlopes population_slopes(const NonlinearModel& model, const MixedEffectsFit& fit) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd jacobian;
-  model.evaluate(model.extended(fit.estimate), mean, &jacobian, workspace);
+  MatrixXd jacobian = model.curve_at(model.extended(fit.estimate)).jacobian;
   const double root = std::sqrt(static_cast<double>(jacobian.rows()));
   PopulationSlopes result{.sizes = jacobian.colwise().norm() / root};
   result.frame = orthogonal_frame(model, std::move(jacobian), 1.0);

@@ -2,12 +2,12 @@
 // Boundary (singular) fits: variance components at their bounds.
 #pragma once
 
-#include <Eigen/Core>
-#include <limits>
 #include <string>
 #include <vector>
 
 #include "model/coefficient_frame.hpp"
+#include "silvafit/base/constants.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
@@ -15,21 +15,21 @@ namespace silvafit::fit {
 
 /// The derivatives of the population's mean at the estimates.
 struct PopulationSlopes {
-  Eigen::VectorXd sizes{};   ///< (p) root mean squares of the derivatives by the coefficients
+  VectorXd sizes{};          ///< (p) root mean squares of the derivatives by the coefficients
   CoefficientFrame frame{};  ///< of the coefficients
 };
 
 PopulationSlopes population_slopes(const NonlinearModel& model, const MixedEffectsFit& fit);
 
 /// (N) the variable of a factor of the variance function.
-Eigen::VectorXd variable_of(const NonlinearModel& model,
-                            const MixedEffectsFit& fit,
-                            const VarianceFactorEstimate& factor);
+VectorXd variable_of(const NonlinearModel& model,
+                     const MixedEffectsFit& fit,
+                     const VarianceFactorEstimate& factor);
 
 /// The number of observations for which the power of constant-plus-power is relevant, if these are
 /// few; otherwise 0.
 /// \param v  (N) the variable of the factor
-Eigen::Index few_with_power(const VarianceFactorEstimate& factor, const Eigen::VectorXd& v);
+Index few_with_power(const VarianceFactorEstimate& factor, const VectorXd& v);
 
 /// What the data say about one exponent of constant-plus-power.
 struct PowerUse {
@@ -38,13 +38,13 @@ struct PowerUse {
   bool is_absent = false;
   /// Size of the variable at the only observations for which the power matters: an exponent without
   /// bound fits as well. NaN if it matters for several sizes.
-  double only_at = std::numeric_limits<double>::quiet_NaN();
+  double only_at = kNaN;
 };
 /// Of each exponent of a factor; empty for other functions, or with a constant that is held.
 /// \param v  (N) the variable of the factor
 std::vector<PowerUse> power_uses(const NonlinearModel& model,
                                  const VarianceFactorEstimate& factor,
-                                 const Eigen::VectorXd& v);
+                                 const VectorXd& v);
 
 /// Fills in the boundary of a fit's convergence: standard deviations of 0, correlations of 1 or -1,
 /// and variance functions whose constant or power vanishes.

@@ -17,10 +17,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 /// A direction of the covariance of the observations.
 struct Component {
   std::optional<std::size_t> term{};  ///< none: of the residuals
@@ -127,10 +123,7 @@ class Components {
   /// (N x p) the Jacobian of the mean in residual standard deviations, computed with only one
   /// matrix as long as the data.
   MatrixXd weighted_jacobian() const {
-    NonlinearModel::Workspace workspace;
-    VectorXd mean;
-    MatrixXd jacobian;
-    model_.evaluate(point_.coefficients, mean, &jacobian, workspace);
+    MatrixXd jacobian = model_.curve_at(point_.coefficients).jacobian;
     for (Index j = 0; j < jacobian.cols(); ++j) {
       jacobian.col(j) = jacobian.col(j).cwiseProduct(point_.residual_sd.cwiseInverse());
     }

@@ -2,22 +2,22 @@
 // Variance components that are not identifiable from the data.
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <vector>
 
 #include "model/variance_weights.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
 
 /// The point at which the covariance of the observations is tested.
 struct VariancePoint {
-  Eigen::MatrixXd coefficients{};          ///< (p x G) of each group, random effects included
-  std::vector<Eigen::MatrixXd> effects{};  ///< (q x q) Psi of each term
-  Eigen::VectorXd variance{};              ///< (m) internal parameters of the variance function
-  Eigen::VectorXd fitted{};                ///< (N) fitted values of these coefficients
-  Eigen::VectorXd residual_sd{};           ///< (N)
+  MatrixXd coefficients{};          ///< (p x G) of each group, random effects included
+  std::vector<MatrixXd> effects{};  ///< (q x q) Psi of each term
+  VectorXd variance{};              ///< (m) internal parameters of the variance function
+  VectorXd fitted{};                ///< (N) fitted values of these coefficients
+  VectorXd residual_sd{};           ///< (N)
   bool is_restricted = false;  ///< the likelihood is that of contrasts free of the coefficients
 };
 

@@ -16,10 +16,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 /// Standard deviation of the response, or its size if it is constant.
 double spread_of(const VectorXd& response) {
   const auto n = static_cast<double>(response.size());
@@ -53,11 +49,7 @@ class Curves {
         estimate_(model.extended(estimate)),
         population_(at(VectorXd::Zero(estimate_.size()))) {}
 
-  VectorXd at(const VectorXd& shift) {
-    VectorXd mean;
-    model_.evaluate(estimate_ + shift, mean, nullptr, workspace_);
-    return mean;
-  }
+  VectorXd at(const VectorXd& shift) const { return model_.mean_at(estimate_ + shift); }
 
   /// The median distance of two curves over the rows, without rows outside the domain.
   static double distance(const VectorXd& a, const VectorXd& b) {
@@ -74,11 +66,11 @@ class Curves {
 
   /// Whether one standard deviation changes the curve by less than the spread of the response on
   /// either side. This holds for nearly all models and makes further tests unnecessary.
-  bool is_ordinary(const VectorXd& shift, double spread) {
+  bool is_ordinary(const VectorXd& shift, double spread) const {
     return is_near(at(shift), spread) && is_near(at(-shift), spread);
   }
 
-  bool is_beyond_measure(const VectorXd& shift, double spread) {
+  bool is_beyond_measure(const VectorXd& shift, double spread) const {
     return std::ranges::any_of(std::vector{2.0, -2.0}, [&](double size) {
       return distance(at(size * shift), population_) > Thresholds::kBeyondMeasure * spread;
     });
@@ -86,7 +78,7 @@ class Curves {
 
   /// Whether one and two standard deviations give the same curve on either side, and the sides
   /// differ.
-  bool is_saturated(const VectorXd& shift, double spread) {
+  bool is_saturated(const VectorXd& shift, double spread) const {
     const VectorXd above = at(shift);
     const VectorXd below = at(-shift);
     return distance(above, below) > Thresholds::kTwoSides * spread &&
@@ -107,7 +99,6 @@ class Curves {
 
   const NonlinearModel& model_;
   VectorXd estimate_;
-  NonlinearModel::Workspace workspace_;
   VectorXd population_;
 };
 
@@ -140,7 +131,10 @@ Degeneracy unbounded(std::vector<std::string> names, Finding::Kind why) {
 }
 
 /// The principal component of the effects of a grouping along which the curve degenerates, if any.
-Degeneracy unbounded_effect(const EffectLevel& level, Curves& curves, Index p, double spread) {
+Degeneracy unbounded_effect(const EffectLevel& level,
+                            const Curves& curves,
+                            Index p,
+                            double spread) {
   if (level.places.empty() || !level.covariance.allFinite()) return {};
   const auto frame = level.frame.triangularView<Eigen::Lower>();
   const MatrixXd half = frame.solve(level.covariance);
@@ -216,7 +210,7 @@ Degeneracy degeneracy(const NonlinearModel& model,
   exact.is_exact = exact.reason.has_value();
   const ModelSpecification& specification = model.specification();
   if (exact.is_exact || specification.random.empty()) return exact;
-  Curves curves(model, fit.estimate);
+  const Curves curves(model, fit.estimate);
   const Index p = model.column_count();
   for (std::size_t t = fit.random.size(); t-- > 0;) {
     const EffectLevel level{.names = fit.random[t].names,

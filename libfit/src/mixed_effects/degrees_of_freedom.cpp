@@ -3,16 +3,13 @@
 
 #include <algorithm>
 #include <functional>
-#include <limits>
 #include <utility>
 #include <vector>
 
+#include "silvafit/base/constants.hpp"
+
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 // Differences that are smaller relative to the column's largest value are rounding errors.
 constexpr double kEqualValues = 1e-10;
@@ -49,7 +46,7 @@ bool varies_within(const NonlinearModel& model,
                    const Eigen::Ref<const VectorXd>& column) {
   const double tolerance = kEqualValues * column.cwiseAbs().maxCoeff();
   const Index groups = model.group_count(term);
-  VectorXd least = VectorXd::Constant(groups, std::numeric_limits<double>::infinity());
+  VectorXd least = VectorXd::Constant(groups, kInfinity);
   VectorXd most = -least;
   for (Index cell = 0; cell < model.group_count(); ++cell) {
     const Index group = model.group_of(term, cell);
@@ -182,11 +179,7 @@ FixedFreedom fixed_freedom(const NonlinearModel& model,
 FixedFreedom fixed_freedom_at(const NonlinearModel& model,
                               const VectorXd& coefficients,
                               const std::vector<double>& units) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd jacobian;
-  model.evaluate(coefficients, mean, &jacobian, workspace);
-  return fixed_freedom(model, jacobian, units);
+  return fixed_freedom(model, model.curve_at(coefficients).jacobian, units);
 }
 
 }  // namespace silvafit::fit

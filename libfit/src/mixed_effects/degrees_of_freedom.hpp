@@ -2,15 +2,15 @@
 // Degrees of freedom of the t tests of fixed effects, as in R's nlme.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
 
 struct FixedFreedom {
-  Eigen::VectorXd of_tests{};  ///< (p) denominator degrees of freedom of each coefficient
+  VectorXd of_tests{};  ///< (p) denominator degrees of freedom of each coefficient
   /// Number of coefficients, without an intercept, that are estimated between the groups of each
   /// grouping, the coarsest first.
   std::vector<int> coefficients_between{};
@@ -30,13 +30,13 @@ struct FixedFreedom {
 ///   observations, where the model is a sample of the data; empty: those of the model
 /// Source: Pinheiro and Bates 2000, section 2.4.2, and getFixDF of nlme 3.1.
 FixedFreedom fixed_freedom(const NonlinearModel& model,
-                           const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
+                           const Eigen::Ref<const MatrixXd>& jacobian,
                            const std::vector<double>& units = {});
 
 /// The same with the Jacobian at given coefficients. Their values hardly matter, because only the
 /// strata in which its columns vary are used.
 FixedFreedom fixed_freedom_at(const NonlinearModel& model,
-                              const Eigen::VectorXd& coefficients,
+                              const VectorXd& coefficients,
                               const std::vector<double>& units = {});
 
 }  // namespace silvafit::fit

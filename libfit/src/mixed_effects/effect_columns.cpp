@@ -6,9 +6,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-
 EffectColumns effect_columns(const NonlinearModel& model,
                              const RandomEffects& random,
                              const MatrixXd& psi,

@@ -2,10 +2,10 @@
 // The random effects of a term as columns, and the free directions of their covariance.
 #pragma once
 
-#include <Eigen/Core>
 #include <optional>
 #include <vector>
 
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
@@ -15,10 +15,10 @@ namespace silvafit::fit {
 /// dependences of their products.
 struct EffectColumns {
   const RandomEffects* effects = nullptr;
-  Eigen::MatrixXd columns{};     ///< (N x q) Z T^-1, divided by the residual standard deviations
-  Eigen::MatrixXd triangle{};    ///< (q x q) T
-  Eigen::VectorXd size{};        ///< (q) root mean squares of the columns of Z
-  Eigen::MatrixXd covariance{};  ///< (q x q) T Psi T'
+  MatrixXd columns{};     ///< (N x q) Z T^-1, divided by the residual standard deviations
+  MatrixXd triangle{};    ///< (q x q) T
+  VectorXd size{};        ///< (q) root mean squares of the columns of Z
+  MatrixXd covariance{};  ///< (q x q) T Psi T'
 };
 
 /// \param psi       (q x q) covariance of the effects
@@ -26,10 +26,10 @@ struct EffectColumns {
 ///                  deviations
 EffectColumns effect_columns(const NonlinearModel& model,
                              const RandomEffects& random,
-                             const Eigen::MatrixXd& psi,
-                             const Eigen::MatrixXd& jacobian);
+                             const MatrixXd& psi,
+                             const MatrixXd& jacobian);
 
 /// (q x q) changes of T Psi T' that the form of the covariance allows, one for each parameter.
-std::vector<Eigen::MatrixXd> forms_of(const EffectColumns& level);
+std::vector<MatrixXd> forms_of(const EffectColumns& level);
 
 }  // namespace silvafit::fit

@@ -16,10 +16,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 /// (columns x columns) upper triangle with the cross products of the rows.
 MatrixXd triangle_of(const MatrixXd& rows) {
   const Index columns = rows.cols();
@@ -60,10 +56,7 @@ MatrixXd standardized_columns(const NonlinearModel& model,
                               const Eigen::Ref<const MatrixXd>& coefficients,
                               const VectorXd& residual_sd,
                               const MatrixXd& frame) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd jacobian;
-  model.evaluate(coefficients, mean, &jacobian, workspace);
+  MatrixXd jacobian = model.curve_at(coefficients).jacobian;
   jacobian = residual_sd.cwiseInverse().asDiagonal() * jacobian;
   const Index p = model.coefficient_count();
   Index effects = 0;

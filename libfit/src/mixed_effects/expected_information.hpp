@@ -2,8 +2,7 @@
 // The expected information on the fixed effects at the estimates of a mixed model.
 #pragma once
 
-#include <Eigen/Core>
-
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
@@ -22,10 +21,10 @@ namespace silvafit::fit {
 /// \param frame         (p x p) T with orthogonal columns J T
 /// \return  NaN where the Jacobian or an estimate is not finite; infinite where it has no full rank
 /// Source: Pinheiro and Bates 2000, section 7.2.1; the elimination of b in section 2.2.3.
-Eigen::MatrixXd expected_covariance(const NonlinearModel& model,
-                                    const Estimates& fit,
-                                    const Eigen::Ref<const Eigen::MatrixXd>& coefficients,
-                                    const Eigen::VectorXd& residual_sd,
-                                    const Eigen::MatrixXd& frame);
+MatrixXd expected_covariance(const NonlinearModel& model,
+                             const Estimates& fit,
+                             const Eigen::Ref<const MatrixXd>& coefficients,
+                             const VectorXd& residual_sd,
+                             const MatrixXd& frame);
 
 }  // namespace silvafit::fit

@@ -18,7 +18,6 @@
 #include "model/coefficient_frame.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "model/variance_weights.hpp"
-#include "result/estimated_terms.hpp"
 #include "result/group_coefficients.hpp"
 #include "silvafit/base/constants.hpp"
 #include "variance/variance_kind.hpp"
@@ -27,10 +26,6 @@
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 bool has_constant(const VarianceEstimate& variance) {
   return std::ranges::any_of(variance.factors, [](const VarianceFactorEstimate& factor) {
@@ -49,10 +44,7 @@ struct Confounded {
 std::vector<Index> confounded_at(const NonlinearModel& model,
                                  const MatrixXd& coefficients,
                                  double tolerance = JacobianFactors::kRankTolerance) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd jacobian;
-  model.evaluate(coefficients, mean, &jacobian, workspace);
+  MatrixXd jacobian = model.curve_at(coefficients).jacobian;
   jacobian.conservativeResize(Eigen::NoChange, model.coefficient_count());
   // All coefficients are held.
   if (jacobian.cols() == 0 || !jacobian.allFinite()) return {};

@@ -12,10 +12,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 // A column with a relatively smaller part orthogonal to the others depends on them.
 constexpr double kDependent = 1e-11;
 // Columns of effects with a larger part orthogonal to the others need no mixing.
@@ -223,10 +219,7 @@ template <typename MakeFrame>
 CoefficientFrame made_at(const NonlinearModel& model,
                          const VectorXd& coefficients,
                          const MakeFrame& make) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd jacobian;
-  model.evaluate(model.extended(coefficients), mean, &jacobian, workspace);
+  auto [mean, jacobian] = model.curve_at(model.extended(coefficients));
   const double length = (model.response() - mean).norm();
   return make(model, std::move(jacobian), std::isfinite(length) && length > 0.0 ? length : 1.0);
 }

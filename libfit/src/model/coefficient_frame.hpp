@@ -2,9 +2,9 @@
 // Coordinates of the coefficients in which the columns of the Jacobian are orthogonal.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
@@ -15,16 +15,16 @@ namespace silvafit::fit {
 /// Results in these coordinates do not depend on the units of the data or on the origin of a
 /// covariate.
 struct CoefficientFrame {
-  Eigen::MatrixXd beta{};                  ///< (p x p) T, with a positive diagonal
-  std::vector<Eigen::MatrixXd> effects{};  ///< (q x q) U of each term, lower triangular
+  MatrixXd beta{};                  ///< (p x p) T, with a positive diagonal
+  std::vector<MatrixXd> effects{};  ///< (q x q) U of each term, lower triangular
   /// Units of the coefficients with random effects only, of a shared frame.
-  Eigen::VectorXd random_only{};
+  VectorXd random_only{};
   bool has_full_rank = true;  ///< whether no column of the Jacobian depends on those before it
 
   /// The units of all columns of a shared frame: the diagonal of T, then those with effects only.
-  Eigen::VectorXd units() const;
+  VectorXd units() const;
   /// (columns x columns) T with ones on its diagonal, for all columns; empty if T is diagonal.
-  Eigen::MatrixXd mixing() const;
+  MatrixXd mixing() const;
 };
 
 /// The frame in which the columns of the Jacobian are orthogonal and have the given length.
@@ -34,18 +34,16 @@ struct CoefficientFrame {
 /// \param jacobian  (N x columns) of the mean by the coefficients, also those with random effects
 ///   only; a column that is not finite is omitted
 /// \param length    positive
-CoefficientFrame orthogonal_frame(const NonlinearModel& model,
-                                  Eigen::MatrixXd jacobian,
-                                  double length);
+CoefficientFrame orthogonal_frame(const NonlinearModel& model, MatrixXd jacobian, double length);
 
 /// The same for methods whose random effects act on columns of J T: T has U in its rows and columns
 /// of the effects, so that not all columns are orthogonal. If no columns of the Jacobian are nearly
 /// dependent, T is diagonal.
-CoefficientFrame shared_frame(const NonlinearModel& model, Eigen::MatrixXd jacobian, double length);
+CoefficientFrame shared_frame(const NonlinearModel& model, MatrixXd jacobian, double length);
 
 /// The frames at given coefficients, with the norm of the residuals there as the length: one unit
 /// changes the mean by about one residual standard deviation.
-CoefficientFrame frame_at(const NonlinearModel& model, const Eigen::VectorXd& coefficients);
-CoefficientFrame shared_frame_at(const NonlinearModel& model, const Eigen::VectorXd& coefficients);
+CoefficientFrame frame_at(const NonlinearModel& model, const VectorXd& coefficients);
+CoefficientFrame shared_frame_at(const NonlinearModel& model, const VectorXd& coefficients);
 
 }  // namespace silvafit::fit

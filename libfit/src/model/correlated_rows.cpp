@@ -15,9 +15,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 using Kind = Correlation::Kind;
 using Block = CorrelatedRows::Block;
 

@@ -2,11 +2,11 @@
 // The groups of rows of a model whose residuals are correlated.
 #pragma once
 
-#include <Eigen/Core>
 #include <memory>
 #include <vector>
 
 #include "correlation/correlation_structure.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 #include "silvafit/fit/variance_function.hpp"
 
@@ -15,8 +15,8 @@ namespace silvafit::fit {
 class CorrelatedRows {
  public:
   struct Block {
-    std::vector<Eigen::Index> rows{};  ///< (n) observations, of one column in ascending order of it
-    Eigen::MatrixXd places{};          ///< (n x d) as CorrelationStructure::place() has them
+    std::vector<Index> rows{};  ///< (n) observations, of one column in ascending order of it
+    MatrixXd places{};          ///< (n x d) as CorrelationStructure::place() has them
   };
   using Factors = std::vector<std::unique_ptr<CorrelationFactor>>;
 
@@ -31,20 +31,20 @@ class CorrelatedRows {
   const CorrelationStructure& structure() const { return structure_; }
   const std::vector<Block>& blocks() const { return blocks_; }
   /// First block of one of the model's groups; first_block(group_count()) is their number.
-  std::size_t first_block(Eigen::Index group) const {
+  std::size_t first_block(Index group) const {
     return first_block_[static_cast<std::size_t>(group)];
   }
   /// L of each block; empty if one is singular.
-  Factors factors(const Eigen::VectorXd& parameters, unsigned threads) const;
+  Factors factors(const VectorXd& parameters, unsigned threads) const;
   /// The same at estimates, for which no block is singular.
   /// \throws NumericalError if one is
   Factors factors(const CorrelationEstimate& estimate) const;
   /// Applies a function of a factor and a block's rows (n x c) to the rows of all blocks.
   /// \param rows  (N x c)
   template <typename Change>
-  void change(const Factors& factors, Eigen::Ref<Eigen::MatrixXd> rows, const Change& by) const {
+  void change(const Factors& factors, Eigen::Ref<MatrixXd> rows, const Change& by) const {
     for (std::size_t k = 0; k < blocks_.size(); ++k) {
-      Eigen::MatrixXd part = rows(blocks_[k].rows, Eigen::all);
+      MatrixXd part = rows(blocks_[k].rows, Eigen::all);
       by(*factors[k], part);
       rows(blocks_[k].rows, Eigen::all) = part;
     }
@@ -67,6 +67,6 @@ class CorrelatedRows {
 /// with independent residuals are not changed.
 void whiten(const NonlinearModel& model,
             const VarianceEstimate& estimate,
-            Eigen::Ref<Eigen::MatrixXd> rows);
+            Eigen::Ref<MatrixXd> rows);
 
 }  // namespace silvafit::fit

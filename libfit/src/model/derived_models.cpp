@@ -11,8 +11,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-
 NonlinearModel NonlinearModel::subset(const std::vector<Index>& observations) const {
   NonlinearModel part = *this;
   part.rows_.clear();
@@ -79,8 +77,7 @@ NonlinearModel NonlinearModel::with_held(const std::map<std::string, double>& he
   return model;
 }
 
-NonlinearModel NonlinearModel::with_equation(data::Expression mean,
-                                             Eigen::VectorXd response) const {
+NonlinearModel NonlinearModel::with_equation(data::Expression mean, VectorXd response) const {
   NonlinearModel model = *this;
   model.specification_.formula.right = std::move(mean);
   model.response_ = std::move(response);

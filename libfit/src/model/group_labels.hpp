@@ -2,7 +2,6 @@
 // The labels of groups in fits, and their numbers.
 #pragma once
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <string>
 #include <string_view>
@@ -10,18 +9,19 @@
 #include <vector>
 
 #include "silvafit/data/table.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/model_specification.hpp"
 #include "silvafit/fit/random_effects.hpp"
 
 namespace silvafit::fit {
 
-using LabelNumbers = std::unordered_map<std::string, Eigen::Index>;
+using LabelNumbers = std::unordered_map<std::string, Index>;
 
 /// The index of each label in a list of distinct ones.
 inline LabelNumbers numbered(const std::vector<std::string>& labels) {
   LabelNumbers numbers;
   for (std::size_t k = 0; k < labels.size(); ++k) {
-    numbers.emplace(labels[k], static_cast<Eigen::Index>(k));
+    numbers.emplace(labels[k], static_cast<Index>(k));
   }
   return numbers;
 }

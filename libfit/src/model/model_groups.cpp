@@ -12,7 +12,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
 using Keys = std::vector<std::uint64_t>;
 
 /// A number for the group of each row of the table, in the order of the labels of the term's

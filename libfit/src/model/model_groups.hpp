@@ -2,11 +2,11 @@
 // The groups of the terms of random effects.
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <vector>
 
 #include "silvafit/data/table.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/model_specification.hpp"
 
 namespace silvafit::fit {
@@ -15,26 +15,25 @@ namespace silvafit::fit {
 /// model, with one or two nested terms those of the last. Clusters are sets of cells that no group
 /// connects to others: the groups of the first of nested terms.
 struct ModelGroups {
-  bool is_crossed = false;                                 ///< see RandomEffects::is_crossed
-  std::vector<std::vector<std::string>> labels{};          ///< (G) of each term
-  std::vector<std::vector<Eigen::Index>> of_cells{};       ///< (cells) group in each term
-  std::vector<std::vector<Eigen::Index>> cluster_begin{};  ///< (clusters + 1) first group, by term
+  bool is_crossed = false;                          ///< see RandomEffects::is_crossed
+  std::vector<std::vector<std::string>> labels{};   ///< (G) of each term
+  std::vector<std::vector<Index>> of_cells{};       ///< (cells) group in each term
+  std::vector<std::vector<Index>> cluster_begin{};  ///< (clusters + 1) first group, by term
 
   /// The same of some of the cells.
   /// \param cells          in ascending order
   /// \param cluster_cells  (clusters + 1) first of them in each cluster
-  ModelGroups part(const std::vector<Eigen::Index>& cells,
-                   const std::vector<Eigen::Index>& cluster_cells) const;
+  ModelGroups part(const std::vector<Index>& cells, const std::vector<Index>& cluster_cells) const;
   /// What identifies a cell: the label of the term whose groups are the cells, or those of all.
-  std::string cell_label(Eigen::Index cell) const;
+  std::string cell_label(Index cell) const;
 };
 
 /// Rows in the order of clusters and cells.
 struct CellRows {
   ModelGroups groups{};
   std::vector<std::size_t> rows{};
-  std::vector<Eigen::Index> cell_begin{};     ///< (cells + 1)
-  std::vector<Eigen::Index> cluster_begin{};  ///< (clusters + 1) first cell
+  std::vector<Index> cell_begin{};     ///< (cells + 1)
+  std::vector<Index> cluster_begin{};  ///< (clusters + 1) first cell
 };
 
 /// \param complete  (rows of the table) those that may be used; rows without a group are not

@@ -18,8 +18,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-
 /// All variables of the data that the model reads, except the group; the response is the first.
 std::vector<std::string> data_variables(const ModelSpecification& specification) {
   std::vector<std::string> names{specification.formula.left};
@@ -72,8 +70,8 @@ void check_size(const std::vector<double>& values,
       {.file = table.file(), .column = name});
 }
 
-Eigen::VectorXd gathered(const std::vector<double>& values, const std::vector<std::size_t>& rows) {
-  Eigen::VectorXd result(static_cast<Index>(rows.size()));
+VectorXd gathered(const std::vector<double>& values, const std::vector<std::size_t>& rows) {
+  VectorXd result(static_cast<Index>(rows.size()));
   for (std::size_t i = 0; i < rows.size(); ++i) result[static_cast<Index>(i)] = values[rows[i]];
   return result;
 }
@@ -81,7 +79,7 @@ Eigen::VectorXd gathered(const std::vector<double>& values, const std::vector<st
 /// Rows in which a variable of the mean is zero.
 std::vector<Index> rows_with_zeros(const data::Expression& mean,
                                    const std::vector<std::string>& variables,
-                                   const Eigen::MatrixXd& columns) {
+                                   const MatrixXd& columns) {
   const std::vector<std::string> used = mean.variables();
   std::vector<bool> has_zero(static_cast<std::size_t>(columns.rows()), false);
   for (std::size_t k = 0; k < variables.size(); ++k) {
@@ -125,16 +123,16 @@ std::vector<data::Expression> with_derivatives(const ModelSpecification& specifi
 /// \param columns  (N x k) values of the variables of the formula
 bool has_edge(const ModelSpecification& specification,
               const std::vector<std::string>& variables,
-              const Eigen::MatrixXd& columns) {
+              const MatrixXd& columns) {
   const std::vector<Index> rows = rows_with_zeros(specification.formula.right, variables, columns);
   if (rows.empty()) return false;
-  const Eigen::MatrixXd values = columns(rows, Eigen::all);
+  const MatrixXd values = columns(rows, Eigen::all);
   const std::vector<data::Expression> outputs = with_derivatives(specification);
   std::vector<data::Program::Input> inputs{{.name = kChange, .is_scalar = true}};
   for (const ParameterModel& of : specification.parameters) inputs.push_back({of.name, true});
   for (const std::string& name : variables) inputs.push_back({.name = name});
   const data::Program program(outputs, inputs);
-  Eigen::MatrixXd results(values.rows(), static_cast<Index>(outputs.size()));
+  MatrixXd results(values.rows(), static_cast<Index>(outputs.size()));
   std::vector<double*> targets;
   for (Index k = 0; k < results.cols(); ++k) targets.push_back(results.col(k).data());
   data::Program::Workspace workspace;
@@ -387,8 +385,8 @@ Index NonlinearModel::coefficient_index(std::string_view name) const {
   return found - names.begin();
 }
 
-Eigen::VectorXd NonlinearModel::extended(const Eigen::VectorXd& coefficients) const {
-  Eigen::VectorXd result = Eigen::VectorXd::Zero(column_count());
+VectorXd NonlinearModel::extended(const VectorXd& coefficients) const {
+  VectorXd result = VectorXd::Zero(column_count());
   result.head(coefficients.size()) = coefficients;
   return result;
 }
@@ -405,7 +403,7 @@ std::vector<std::vector<Index>> NonlinearModel::random_coefficients() const {
   return result;
 }
 
-Eigen::VectorXd NonlinearModel::column(std::string_view name) const {
+VectorXd NonlinearModel::column(std::string_view name) const {
   const auto found = std::ranges::find(variables_, name);
   if (found == variables_.end()) {
     throw UsageError(fmt::format("the model does not use the column '{}'", name));
@@ -442,10 +440,10 @@ Place NonlinearModel::place(Index observation) const {
   return place;
 }
 
-void NonlinearModel::fill_parameters(const Eigen::Ref<const Eigen::MatrixXd>& coefficients,
+void NonlinearModel::fill_parameters(const Eigen::Ref<const MatrixXd>& coefficients,
                                      Index begin,
                                      Index end,
-                                     Eigen::MatrixXd& parameters) const {
+                                     MatrixXd& parameters) const {
   // Of a parameter with one value per call, only the first is read.
   const std::vector<data::Program::Input>& inputs = mean_program_.inputs();
   const bool is_one_set = coefficients.cols() == 1;
@@ -465,9 +463,9 @@ void NonlinearModel::fill_parameters(const Eigen::Ref<const Eigen::MatrixXd>& co
   }
 }
 
-void NonlinearModel::evaluate(const Eigen::Ref<const Eigen::MatrixXd>& coefficients,
-                              Eigen::VectorXd& mean,
-                              Eigen::MatrixXd* jacobian,
+void NonlinearModel::evaluate(const Eigen::Ref<const MatrixXd>& coefficients,
+                              VectorXd& mean,
+                              MatrixXd* jacobian,
                               Workspace& workspace) const {
   const Index count = coefficients.rows();
   if ((count != coefficient_count() && count != column_count()) ||
@@ -490,11 +488,26 @@ void NonlinearModel::evaluate(const Eigen::Ref<const Eigen::MatrixXd>& coefficie
   });
 }
 
-void NonlinearModel::evaluate_rows(const Eigen::Ref<const Eigen::MatrixXd>& coefficients,
+VectorXd NonlinearModel::mean_at(const Eigen::Ref<const MatrixXd>& coefficients) const {
+  Workspace workspace;
+  VectorXd mean;
+  evaluate(coefficients, mean, nullptr, workspace);
+  return mean;
+}
+
+NonlinearModel::Curve NonlinearModel::curve_at(
+    const Eigen::Ref<const MatrixXd>& coefficients) const {
+  Workspace workspace;
+  Curve result;
+  evaluate(coefficients, result.mean, &result.jacobian, workspace);
+  return result;
+}
+
+void NonlinearModel::evaluate_rows(const Eigen::Ref<const MatrixXd>& coefficients,
                                    Index begin,
                                    Index rows,
-                                   Eigen::VectorXd& mean,
-                                   Eigen::MatrixXd* jacobian,
+                                   VectorXd& mean,
+                                   MatrixXd* jacobian,
                                    Workspace& workspace) const {
   const auto parameter_count = static_cast<Index>(specification_.parameters.size());
   workspace.parameters.resize(rows, parameter_count);

@@ -3,9 +3,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-using Eigen::VectorXd;
-
 ParameterDesign::ParameterDesign(Index parameters, Index rows)
     : coefficients_of_(static_cast<std::size_t>(parameters)), covariates_(rows, 0) {
   for (Index k = 0; k < parameters; ++k) add(k, -1);

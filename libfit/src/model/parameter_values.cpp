@@ -6,15 +6,13 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-
 /// \param group  for two groupings: " | stand"
 void add_covariance(const std::vector<std::string>& names,
-                    const Eigen::MatrixXd& covariance,
+                    const MatrixXd& covariance,
                     const std::string& group,
                     std::vector<NamedValue>& values) {
-  const Eigen::VectorXd deviations = covariance.diagonal().cwiseSqrt();
-  const Eigen::MatrixXd correlation = correlation_of(covariance);
+  const VectorXd deviations = covariance.diagonal().cwiseSqrt();
+  const MatrixXd correlation = correlation_of(covariance);
   const auto count = static_cast<Index>(names.size());
   const auto name = [&](Index k) { return names[static_cast<std::size_t>(k)]; };
   for (Index k = 0; k < count; ++k) {
@@ -29,7 +27,7 @@ void add_covariance(const std::vector<std::string>& names,
 
 /// Correlations that the form of the covariance fixes at zero are not parameters.
 void add_level(const RandomEffects& random,
-               const Eigen::MatrixXd& covariance,
+               const MatrixXd& covariance,
                const std::string& group,
                std::vector<NamedValue>& values) {
   Index begin = 0;
@@ -44,7 +42,7 @@ void add_level(const RandomEffects& random,
 void add_factor(const VarianceFactorEstimate& estimate,
                 const std::string& prefix,
                 std::vector<NamedValue>& values) {
-  const auto add = [&](const char* what, const Eigen::VectorXd& numbers, bool is_held) {
+  const auto add = [&](const char* what, const VectorXd& numbers, bool is_held) {
     if (is_held) return;
     for (Index s = 0; s < numbers.size(); ++s) {
       const std::string& stratum = estimate.strata[static_cast<std::size_t>(s)];

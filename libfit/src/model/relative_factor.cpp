@@ -9,10 +9,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 namespace {
 
 /// A triangular factor of a matrix that may be singular: the R of a QR of its symmetric square

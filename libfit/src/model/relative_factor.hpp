@@ -3,10 +3,10 @@
 // parameters.
 #pragma once
 
-#include <Eigen/Core>
 #include <utility>
 #include <vector>
 
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/random_effects.hpp"
 
 namespace silvafit::fit {
@@ -18,33 +18,33 @@ class RelativeFactor {
   /// \param random  the form of the covariance
   /// \param scales  (q) the unit of each random effect: L acts on effects / scales. It only matters
   ///   for the identity form, which is a multiple of the identity in the effects' own units.
-  RelativeFactor(const RandomEffects& random, Eigen::VectorXd scales);
+  RelativeFactor(const RandomEffects& random, VectorXd scales);
 
-  Eigen::Index size() const { return scales_.size(); }
-  Eigen::Index parameter_count() const;
+  Index size() const { return scales_.size(); }
+  Index parameter_count() const;
   /// (q x q) L for given parameters.
-  Eigen::MatrixXd factor(const Eigen::VectorXd& parameters) const;
+  MatrixXd factor(const VectorXd& parameters) const;
   /// Parameters of the L nearest to a diagonal one.
-  Eigen::VectorXd from_diagonal(const Eigen::VectorXd& diagonal) const;
+  VectorXd from_diagonal(const VectorXd& diagonal) const;
   /// Parameters of the factor of a positive semidefinite D, as far as the form can represent it.
-  Eigen::VectorXd from_covariance(const Eigen::MatrixXd& relative_covariance) const;
+  VectorXd from_covariance(const MatrixXd& relative_covariance) const;
   /// Parameters of a factor that has the form.
-  Eigen::VectorXd from_factor(const Eigen::MatrixXd& factor) const;
+  VectorXd from_factor(const MatrixXd& factor) const;
   /// dF/d parameters from dF/dL.
-  Eigen::VectorXd gradient(const Eigen::MatrixXd& by_factor) const;
+  VectorXd gradient(const MatrixXd& by_factor) const;
 
  private:
   bool is_identity_ = false;
-  Eigen::VectorXd scales_;
+  VectorXd scales_;
   std::vector<int> blocks_;  ///< sizes; effects of different blocks are independent
   /// Row and column of each free element, by blocks and columns; unused for the identity form.
-  std::vector<std::pair<Eigen::Index, Eigen::Index>> elements_;
-  Eigen::VectorXd identity_;  ///< diagonal of L for the identity form with parameter one
+  std::vector<std::pair<Index, Index>> elements_;
+  VectorXd identity_;  ///< diagonal of L for the identity form with parameter one
 };
 
 /// The spherical effects v of effects b = L v, as far as a singular L can represent them.
 /// \param factor   (q x q) L
 /// \param effects  (q x G) b
-Eigen::MatrixXd spherical_effects(const Eigen::MatrixXd& factor, const Eigen::MatrixXd& effects);
+MatrixXd spherical_effects(const MatrixXd& factor, const MatrixXd& effects);
 
 }  // namespace silvafit::fit

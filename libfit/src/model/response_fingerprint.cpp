@@ -20,7 +20,7 @@ std::uint64_t mixed(std::uint64_t bits) {
 
 }  // namespace
 
-std::uint64_t response_sum(const Eigen::Ref<const Eigen::VectorXd>& response) {
+std::uint64_t response_sum(const Eigen::Ref<const VectorXd>& response) {
   std::uint64_t sum = 0;
   // Adding zero makes -0 and 0 equal; adding one prevents that zeros have the hash 0.
   for (const double value : response) sum += mixed(std::bit_cast<std::uint64_t>(value + 0.0) + 1);
@@ -29,7 +29,7 @@ std::uint64_t response_sum(const Eigen::Ref<const Eigen::VectorXd>& response) {
 
 std::string response_fingerprint(std::uint64_t sum) { return fmt::format("sum64:{:016x}", sum); }
 
-std::string response_fingerprint(const Eigen::Ref<const Eigen::VectorXd>& response) {
+std::string response_fingerprint(const Eigen::Ref<const VectorXd>& response) {
   return response_fingerprint(response_sum(response));
 }
 

@@ -2,7 +2,6 @@
 // Programs over the rows of data, with the sources of their inputs.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <set>
 #include <string>
@@ -11,11 +10,12 @@
 
 #include "silvafit/data/expression.hpp"
 #include "silvafit/data/program.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
 /// Rows per block of a program, so few that inputs and sums fit into the second-level cache.
-constexpr Eigen::Index kProgramRows = 512;
+constexpr Index kProgramRows = 512;
 
 /// Several expressions compiled together.
 /// \tparam Source  where the values of an input come from; `is_scalar()` says whether they are one
@@ -46,12 +46,12 @@ auto row_program(const std::vector<data::Expression>& outputs, const SourceOf& s
 
 /// (rows x outputs) the values of a program.
 /// \param inputs  of the program, each of all rows or a scalar
-inline Eigen::MatrixXd values_of(const data::Program& program,
-                                 const std::vector<const double*>& inputs,
-                                 Eigen::Index rows) {
-  Eigen::MatrixXd result(rows, static_cast<Eigen::Index>(program.output_count()));
+inline MatrixXd values_of(const data::Program& program,
+                          const std::vector<const double*>& inputs,
+                          Index rows) {
+  MatrixXd result(rows, static_cast<Index>(program.output_count()));
   std::vector<double*> outputs;
-  for (Eigen::Index k = 0; k < result.cols(); ++k) outputs.push_back(result.col(k).data());
+  for (Index k = 0; k < result.cols(); ++k) outputs.push_back(result.col(k).data());
   data::Program::Workspace workspace;
   program.evaluate(inputs, static_cast<std::size_t>(rows), outputs, workspace);
   return result;

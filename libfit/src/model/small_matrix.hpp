@@ -2,7 +2,7 @@
 // Matrices of the size of one group's random effects, without heap memory.
 #pragma once
 
-#include <Eigen/Core>
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

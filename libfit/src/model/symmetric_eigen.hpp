@@ -1,19 +1,33 @@
 // SPDX-License-Identifier: MIT
-// Eigenvalues and eigenvectors of symmetric matrices, checked.
+// Eigenvalues of symmetric matrices, checked, and roots of covariances.
 #pragma once
 
-#include <Eigen/Core>
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
 struct SymmetricEigen {
-  Eigen::VectorXd values{};   ///< ascending
-  Eigen::MatrixXd vectors{};  ///< in columns, each of length 1
+  VectorXd values{};   ///< ascending
+  MatrixXd vectors{};  ///< in columns, each of length 1
 };
 
 /// All NaN if the matrix has entries that are not finite, or if the iteration does not converge, so
 /// that results that depend on them are NaN, too.
 /// \param matrix  of which the lower triangle is read
-SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& matrix);
+SymmetricEigen symmetric_eigen(const MatrixXd& matrix);
+
+/// R with R R' = covariance, from the eigenvectors of the correlation matrix, so that effects may
+/// have very different sizes. Eigenvalues that are rounding errors are set to zero.
+MatrixXd covariance_factor(const MatrixXd& covariance);
+
+/// The symmetric R with R R = covariance; negative eigenvalues, which are rounding errors, are set
+/// to zero. Unlike the factor above it does not depend on the order and signs of eigenvectors.
+MatrixXd symmetric_root(const MatrixXd& covariance);
+
+/// The coefficients of the regression of some effects on others: cross * inverse(covariance), where
+/// directions without variance have none.
+/// \param cross       (q x s) covariance with the others
+/// \param covariance  (s x s) of the others
+MatrixXd regression_on(const MatrixXd& cross, const MatrixXd& covariance);
 
 }  // namespace silvafit::fit

@@ -14,12 +14,6 @@ namespace {
 
 using data::Expression;
 using Eigen::ArrayXd;
-using Eigen::Index;
-using Eigen::VectorXd;
-
-// Names of log|v| and 1/v of the fitted value v, with blanks, which names of columns cannot have.
-constexpr const char* kLogarithm = "log of the fitted value";
-constexpr const char* kInverse = "inverse of the fitted value";
 
 std::vector<std::string> columns_of(const VarianceFunction& function) {
   std::vector<std::string> columns;
@@ -63,14 +57,8 @@ class VarianceModel::FactorTerms : public LogScaleTerms {
   }
 
   Expression logarithm() override {
-    const double smallest = kSmallestShare * typical();
-    Expression result = Expression::variable(kLogarithm);
-    if (factor().column.empty()) {
-      model_.smallest_ = smallest;
-    } else {
-      result =
-          filled("log(max(abs(v), f))", {{"f", Expression::constant(smallest)}, {"v", value()}});
-    }
+    const Expression smallest = Expression::constant(kSmallestShare * typical());
+    const Expression result = filled("log(max(abs(v), f))", {{"f", smallest}, {"v", value()}});
     return result - Expression::constant(is_plain() ? 0.0 : std::log(typical()));
   }
 
@@ -84,10 +72,7 @@ class VarianceModel::FactorTerms : public LogScaleTerms {
 };
 
 VarianceModel::VarianceModel(const VarianceFunction& function, VarianceData data)
-    : function_(function),
-      data_(std::move(data)),
-      log_scale_(Expression::constant(0.0)),
-      resolved_log_scale_(log_scale_) {
+    : function_(function), data_(std::move(data)), log_scale_(Expression::constant(0.0)) {
   for (std::size_t k = 0; k < function_.factors.size(); ++k) {
     const VarianceFactor& of = function_.factors[k];
     typical_.push_back(data_.typical.empty() ? kind_of(of).typical(values_of(of))
@@ -96,17 +81,15 @@ VarianceModel::VarianceModel(const VarianceFunction& function, VarianceData data
     const Expression factor = kind_of(of).log_scale(terms);
     log_scale_ = filled("a + b", {{"a", log_scale_}, {"b", factor}});
   }
-  resolved_log_scale_ = differentiated(log_scale_, 0);
   std::vector<data::Program::Input> inputs{{.name = fitted_name()}};
   for (const std::string& column : columns_of(function_)) inputs.push_back({.name = column});
-  const Expression& logarithm = resolved_log_scale_;
-  std::vector<Expression> outputs{logarithm, exp(-2.0 * logarithm)};
+  std::vector<Expression> outputs{log_scale_, exp(-2.0 * log_scale_)};
   for (const Quantity& quantity : quantities_) {
     inputs.push_back({.name = quantity.name, .is_scalar = quantity.strata < 0});
   }
   value_program_ = data::Program(outputs, inputs);
   for (const Quantity& quantity : quantities_) {
-    outputs.push_back(logarithm.derivative(quantity.name));
+    outputs.push_back(log_scale_.derivative(quantity.name));
   }
   derivative_program_ = data::Program(outputs, inputs);
 }
@@ -115,28 +98,6 @@ const std::string& VarianceModel::fitted_name() {
   // No column can have this name in a formula, because it has a blank.
   static const std::string name = "fitted value";
   return name;
-}
-
-Expression VarianceModel::by_fitted(int order) const { return differentiated(log_scale_, order); }
-
-Expression VarianceModel::by_fitted(int order, const std::string& quantity) const {
-  return differentiated(log_scale_.derivative(quantity), order);
-}
-
-Expression VarianceModel::differentiated(Expression expression, int order) const {
-  // With l = log|v| and i = 1/v, dl/dv = i and di/dv = -i^2; where |v| is floored, both are 0.
-  const Expression inverse = Expression::variable(kInverse);
-  for (int k = 0; k < order; ++k) {
-    expression = expression.derivative(fitted_name()) +
-                 expression.derivative(kLogarithm) * inverse -
-                 expression.derivative(kInverse) * (inverse * inverse);
-  }
-  const Expression v = Expression::variable(fitted_name());
-  const Expression floor = Expression::constant(smallest_);
-  expression =
-      expression.substitute(kLogarithm, filled("log(max(abs(v), f))", {{"f", floor}, {"v", v}}));
-  return expression.substitute(kInverse,
-                               filled("ifelse(abs(v) > f, 1/v, 0)", {{"f", floor}, {"v", v}}));
 }
 
 const VectorXd& VarianceModel::values_of(const VarianceFactor& factor) const {

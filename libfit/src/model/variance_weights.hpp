@@ -2,7 +2,6 @@
 // Conversion of variance functions between internal parameters for optimizers and reported ones.
 #pragma once
 
-#include <Eigen/Core>
 #include <map>
 #include <memory>
 #include <string>
@@ -11,6 +10,7 @@
 #include "model/correlated_rows.hpp"
 #include "silvafit/data/expression.hpp"
 #include "silvafit/data/program.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 #include "silvafit/fit/variance_function.hpp"
 #include "variance/variance_kind.hpp"
@@ -26,8 +26,8 @@ struct ResidualScale {
 
 /// The data that variance functions read from N observations.
 struct VarianceData {
-  Eigen::VectorXd response{};  ///< (N) magnitudes like those of the fitted values
-  std::map<std::string, Eigen::VectorXd, std::less<>> columns{};  ///< (N) by name
+  VectorXd response{};  ///< (N) magnitudes like those of the fitted values
+  std::map<std::string, VectorXd, std::less<>> columns{};  ///< (N) by name
   std::vector<NonlinearModel::Strata> strata{};
   /// v0 of each factor; empty: that of these observations.
   std::vector<double> typical{};
@@ -50,8 +50,8 @@ class VarianceModel {
     std::string name{};          ///< of the variable in log_scale()
     std::size_t factor = 0;      ///< of the function
     int strata = -1;             ///< index into VarianceData::strata, -1 for one number
-    Eigen::Index first = 0;      ///< internal parameter of its first estimated stratum
-    Eigen::Index count = 1;      ///< estimated strata
+    Index first = 0;             ///< internal parameter of its first estimated stratum
+    Index count = 1;             ///< estimated strata
     bool has_reference = false;  ///< the first stratum is 0 and not estimated
     double start = 0.0;
     double at_constant = 0.0;  ///< its value for a constant variance
@@ -60,24 +60,21 @@ class VarianceModel {
   VarianceModel(const VarianceFunction& function, VarianceData data);
 
   /// Number of internal parameters, m: those of g, then those of the correlation.
-  Eigen::Index parameter_count() const { return scale_parameter_count_ + correlation_count(); }
+  Index parameter_count() const { return scale_parameter_count_ + correlation_count(); }
   const CorrelatedRows* correlated() const { return data_.correlated.get(); }
-  Eigen::Index correlation_count() const {
+  Index correlation_count() const {
     return correlated() == nullptr ? 0 : correlated()->structure().parameter_count();
   }
-  Eigen::VectorXd correlation_part(const Eigen::VectorXd& parameters) const {
+  VectorXd correlation_part(const VectorXd& parameters) const {
     return parameters.tail(correlation_count());
   }
   /// Internal parameters at the start.
-  Eigen::VectorXd start() const;
+  VectorXd start() const;
   /// Internal parameters of a constant variance, as far as no other value is held.
-  Eigen::VectorXd constant() const;
+  VectorXd constant() const;
 
   /// log g as an expression of the fitted value, columns and quantities.
-  const data::Expression& log_scale() const { return resolved_log_scale_; }
-  /// The derivative of an order of log g, or of its derivative by a quantity, by the fitted value.
-  data::Expression by_fitted(int order) const;
-  data::Expression by_fitted(int order, const std::string& quantity) const;
+  const data::Expression& log_scale() const { return log_scale_; }
   static const std::string& fitted_name();
   const std::vector<Quantity>& quantities() const { return quantities_; }
   const VarianceData& data() const { return data_; }
@@ -86,8 +83,8 @@ class VarianceModel {
 
   /// \param fitted      (N) fitted values
   /// \param parameters  (m) internal
-  ResidualScale scale(const Eigen::VectorXd& fitted,
-                      const Eigen::VectorXd& parameters,
+  ResidualScale scale(const VectorXd& fitted,
+                      const VectorXd& parameters,
                       bool with_derivatives) const;
 
   /// The typical |v| of a factor of the function, v0.
@@ -96,17 +93,17 @@ class VarianceModel {
   const std::vector<double>& typical_values() const { return typical_; }
 
   /// Number of observations whose |v| is so small that it was floored.
-  Eigen::Index floored(const Eigen::VectorXd& fitted) const;
+  Index floored(const VectorXd& fitted) const;
 
-  VarianceEstimate estimate(const Eigen::VectorXd& parameters) const;
+  VarianceEstimate estimate(const VectorXd& parameters) const;
   /// Internal parameters of an estimate; NaN if it is NaN.
-  Eigen::VectorXd parameters(const VarianceEstimate& estimate) const;
+  VectorXd parameters(const VarianceEstimate& estimate) const;
   /// The same, moved inside the range if they are at a bound: there the likelihood is flat by
   /// symmetry, and a search would not leave it.
-  Eigen::VectorXd inside_range(const VarianceEstimate& estimate) const;
+  VectorXd inside_range(const VarianceEstimate& estimate) const;
   /// The factor from the internal residual scale to nlme's sigma; a factor whose constant is
   /// infinite counts as 1.
-  double sigma_factor(const Eigen::VectorXd& parameters) const;
+  double sigma_factor(const VectorXd& parameters) const;
   /// The logarithm of the internal residual scale of an estimate with nlme's sigma.
   double log_scale_of(const VarianceEstimate& estimate, double sigma) const;
 
@@ -114,21 +111,19 @@ class VarianceModel {
   class FactorTerms;
 
   /// Sets the correlation's parameters: those of an estimate, or without one of a start.
-  void set_correlation(const CorrelationEstimate* estimate, Eigen::VectorXd& parameters) const;
+  void set_correlation(const CorrelationEstimate* estimate, VectorXd& parameters) const;
 
-  data::Expression differentiated(data::Expression expression, int order) const;
   /// A variable for an estimated quantity.
   data::Expression quantity(std::size_t factor,
                             VarianceQuantity kind,
                             double start,
                             double at_constant);
   /// (N) the variable of a factor; the response instead of the fitted value.
-  const Eigen::VectorXd& values_of(const VarianceFactor& factor) const;
+  const VectorXd& values_of(const VarianceFactor& factor) const;
   int strata_index(const VarianceFactor& factor) const;
   /// Values of a quantity by stratum, a single one without strata.
-  Eigen::VectorXd values(int quantity, const Eigen::VectorXd& parameters) const;
-  VarianceFactorEstimate factor_estimate(std::size_t factor,
-                                         const Eigen::VectorXd& parameters) const;
+  VectorXd values(int quantity, const VectorXd& parameters) const;
+  VarianceFactorEstimate factor_estimate(std::size_t factor, const VectorXd& parameters) const;
   /// The logarithm of g over the internal g.
   double log_offset(const VarianceEstimate& estimate) const;
 
@@ -136,12 +131,8 @@ class VarianceModel {
   VarianceData data_;
   std::vector<double> typical_;  ///< typical |v| of each factor
   std::vector<Quantity> quantities_;
-  Eigen::Index scale_parameter_count_ = 0;
-  double smallest_ = 0.0;  ///< |fitted value| below this counts as this in powers
-  /// log g, with the logarithm of the fitted value as a variable of its own.
+  Index scale_parameter_count_ = 0;
   data::Expression log_scale_;
-  /// The same without that variable.
-  data::Expression resolved_log_scale_;
   data::Program value_program_;
   data::Program derivative_program_;
 };

@@ -8,9 +8,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::VectorXd;
-
 /// Radical inverse of a number in a base.
 double halton(std::size_t number, std::size_t base) {
   double result = 0.0;

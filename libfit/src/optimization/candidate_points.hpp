@@ -2,10 +2,10 @@
 // Plausible values of nonlinear coefficients, derived from the scales of the data.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <vector>
 
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
@@ -15,17 +15,17 @@ namespace silvafit::fit {
 /// order one), the others anywhere in sixteen decades.
 class CandidatePoints {
  public:
-  CandidatePoints(const NonlinearModel& model, Eigen::Index coefficients);
+  CandidatePoints(const NonlinearModel& model, Index coefficients);
 
   /// Magnitudes of order one, of the columns of the formula, and of their inverses.
   const std::vector<double>& scales() const { return scales_; }
   /// (q) the point with an index from 1.
-  Eigen::VectorXd operator()(std::size_t number) const;
+  VectorXd operator()(std::size_t number) const;
 
  private:
   double magnitude(double u) const;
 
-  Eigen::Index coefficients_ = 0;
+  Index coefficients_ = 0;
   std::vector<double> scales_;
 };
 

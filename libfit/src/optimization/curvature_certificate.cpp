@@ -4,16 +4,11 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 // Smaller eigenvalues of the scaled Hessian are rounding errors, even if it is symmetric.
 constexpr double kSmallestCurvature = 1e-9;
@@ -37,7 +32,7 @@ CurvatureCertificate::CurvatureCertificate(const MatrixXd& hessian, const Vector
   const MatrixXd scaled = unit.asDiagonal() * hessian * unit.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(0.5 * (scaled + scaled.transpose()));
   if (!scaled.allFinite() || solver.info() != Eigen::Success) {
-    decrement_ = std::numeric_limits<double>::infinity();
+    decrement_ = kInfinity;
     return;
   }
   const double doubt =

@@ -2,7 +2,7 @@
 // Test of a minimum from the gradient and a Hessian of limited accuracy.
 #pragma once
 
-#include <Eigen/Core>
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
@@ -18,21 +18,21 @@ class CurvatureCertificate {
   /// \param hessian   (n x n) from differences of gradients; its asymmetry is a measure of the
   ///   error of its eigenvalues
   /// \param gradient  (n)
-  CurvatureCertificate(const Eigen::MatrixXd& hessian, const Eigen::VectorXd& gradient);
+  CurvatureCertificate(const MatrixXd& hessian, const VectorXd& gradient);
 
   /// g'H^-1 g, twice the decrease by a Newton step; infinite if it is not known.
   double decrement() const { return decrement_; }
   /// The direction of the most negative curvature, one standard deviation long; empty if no
   /// curvature is significantly negative.
-  const Eigen::VectorXd& downwards() const { return downwards_; }
+  const VectorXd& downwards() const { return downwards_; }
 
  private:
   double decrement_ = 0.0;
-  Eigen::VectorXd downwards_;
+  VectorXd downwards_;
 };
 
 /// The inverse of a Hessian over the directions in which it is positive. It is not valid for a
 /// parameter that has a component in one of the other directions. NaN if the Hessian is not finite.
-Eigen::MatrixXd informed_inverse(const Eigen::MatrixXd& hessian);
+MatrixXd informed_inverse(const MatrixXd& hessian);
 
 }  // namespace silvafit::fit

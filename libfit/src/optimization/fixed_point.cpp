@@ -5,10 +5,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 void AndersonMixing::restart() {
   image_changes_.clear();
   residual_changes_.clear();

@@ -2,8 +2,9 @@
 // Faster convergence of a fixed-point iteration x = T(x).
 #pragma once
 
-#include <Eigen/Core>
 #include <deque>
+
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
@@ -15,15 +16,15 @@ class AndersonMixing {
   explicit AndersonMixing(std::size_t memory) : memory_(memory) {}
 
   /// The next point to try, given x and its image.
-  Eigen::VectorXd next(const Eigen::VectorXd& x, const Eigen::VectorXd& image);
+  VectorXd next(const VectorXd& x, const VectorXd& image);
   void restart();
 
  private:
   std::size_t memory_;
-  std::deque<Eigen::VectorXd> image_changes_;
-  std::deque<Eigen::VectorXd> residual_changes_;
-  Eigen::VectorXd last_image_;
-  Eigen::VectorXd last_residual_;
+  std::deque<VectorXd> image_changes_;
+  std::deque<VectorXd> residual_changes_;
+  VectorXd last_image_;
+  VectorXd last_residual_;
 };
 
 }  // namespace silvafit::fit

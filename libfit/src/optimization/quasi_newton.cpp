@@ -8,10 +8,11 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
+
+#include "silvafit/base/constants.hpp"
 
 #ifdef __ELF__
 // Of glog, which is not linked everywhere; its own headers do not say that it may be missing.
@@ -25,12 +26,6 @@ namespace google {
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Ceres tells glog of steps that fail even where its own options ask for silence. A program that
 /// uses glog itself keeps its level; Ceres may also be built with a logging of its own.
@@ -75,9 +70,7 @@ void update_bfgs(MatrixXd& hessian, const VectorXd& step, const VectorXd& change
 /// zero, such as a constant near 1e6 with residuals of order one: the curvature does not change.
 double step_of(double x) { return 1e-5 * std::clamp(std::abs(x), 1.0, 10.0); }
 
-VectorXd unknown(Index size) {
-  return VectorXd::Constant(size, std::numeric_limits<double>::quiet_NaN());
-}
+VectorXd unknown(Index size) { return VectorXd::Constant(size, kNaN); }
 
 /// The gradient a step away in one variable; no value outside of the domain of the function.
 std::optional<VectorXd> gradient_beside(const SmoothFunction& function,

@@ -2,19 +2,20 @@
 // Minimization of a smooth function of a few variables with exact gradients.
 #pragma once
 
-#include <Eigen/Core>
 #include <functional>
+
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
 /// Value and, unless null, gradient of the function; not finite outside of its domain.
-using SmoothFunction = std::function<double(const Eigen::VectorXd& x, Eigen::VectorXd* gradient)>;
+using SmoothFunction = std::function<double(const VectorXd& x, VectorXd* gradient)>;
 
 struct QuasiNewtonResult {
-  Eigen::VectorXd x{};
+  VectorXd x{};
   double value = 0.0;
-  Eigen::MatrixXd hessian{};  ///< positive definite approximation at x
-  double decrement = 0.0;     ///< g' H^-1 g at x
+  MatrixXd hessian{};      ///< positive definite approximation at x
+  double decrement = 0.0;  ///< g' H^-1 g at x
   int evaluations = 0;
   bool is_blocked = false;  ///< whether it stopped because of short steps
 };
@@ -40,21 +41,21 @@ struct QuasiNewtonOptions {
 ///
 /// \param hessian  start for the Hessian; empty: it is computed
 QuasiNewtonResult minimize(const SmoothFunction& function,
-                           const Eigen::VectorXd& start,
-                           const Eigen::MatrixXd& hessian = {},
+                           const VectorXd& start,
+                           const MatrixXd& hessian = {},
                            const QuasiNewtonOptions& options = {});
 
 /// The Hessian from central differences of the exact gradient, symmetrized. If the function is
 /// undefined on one side of x, the one-sided difference to the other is used; if it is undefined
 /// on both, rows and columns are NaN.
-Eigen::MatrixXd hessian_from_gradients(const SmoothFunction& function, const Eigen::VectorXd& x);
+MatrixXd hessian_from_gradients(const SmoothFunction& function, const VectorXd& x);
 
 /// The Hessian from one-sided differences of the exact gradient, not symmetrized: its asymmetry is
 /// a measure of its error. If the function is undefined on this side, the other one is used; if it
 /// is undefined on both, the column is NaN.
 /// \param gradient  at x
-Eigen::MatrixXd one_sided_hessian(const SmoothFunction& function,
-                                  const Eigen::VectorXd& x,
-                                  const Eigen::VectorXd& gradient);
+MatrixXd one_sided_hessian(const SmoothFunction& function,
+                           const VectorXd& x,
+                           const VectorXd& gradient);
 
 }  // namespace silvafit::fit

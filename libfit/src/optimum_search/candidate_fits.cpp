@@ -4,19 +4,17 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <utility>
 
 #include "optimization/tolerances.hpp"
+#include "silvafit/base/constants.hpp"
 namespace silvafit::fit {
 namespace {
-
-using Eigen::VectorXd;
 
 /// A sortable rank: fits without a rank or without convergence are last.
 std::pair<bool, double> place_of(const Candidate& candidate) {
   return {candidate.fit.convergence.converged(),
-          std::isnan(candidate.rank) ? -std::numeric_limits<double>::infinity() : candidate.rank};
+          std::isnan(candidate.rank) ? -kInfinity : candidate.rank};
 }
 
 }  // namespace
@@ -28,10 +26,14 @@ bool is_in_region(const VectorXd& a, const VectorXd& b) {
 
 bool is_same(const MixedEffectsFit& a, const MixedEffectsFit& b) {
   if (!(std::abs(a.log_likelihood - b.log_likelihood) < kSameLikelihood)) return false;
-  constexpr double kSameFit = 1e-2;  // of the residual standard deviation
+  constexpr double kSameFit = 1e-2;
+  return has_same_curves(a, b, kSameFit);
+}
+
+bool has_same_curves(const MixedEffectsFit& a, const MixedEffectsFit& b, double share) {
   const VectorXd change =
       (a.fitted_conditional - b.fitted_conditional).cwiseQuotient(b.residual_sd);
-  return change.norm() < kSameFit * std::sqrt(static_cast<double>(change.size()));
+  return change.norm() < share * std::sqrt(static_cast<double>(change.size()));
 }
 
 bool add_candidate(std::vector<Candidate>& candidates, Candidate candidate) {
@@ -62,7 +64,7 @@ bool has_converged(const std::vector<Candidate>& candidates) {
 }
 
 double highest_converged(const std::vector<Candidate>& candidates) {
-  double result = -std::numeric_limits<double>::infinity();
+  double result = -kInfinity;
   for (const Candidate& candidate : candidates) {
     if (candidate.fit.convergence.converged()) {
       result = std::max(result, candidate.fit.log_likelihood);
@@ -87,7 +89,7 @@ std::vector<LocalOptimum> optima_of(const Candidate& best,
                                     bool is_marginal) {
   std::vector<LocalOptimum> result;
   const auto add_optimum = [&](const Candidate& candidate) {
-    const double marginal = is_marginal ? std::numeric_limits<double>::quiet_NaN() : candidate.rank;
+    const double marginal = is_marginal ? kNaN : candidate.rank;
     result.push_back({.origin = candidate.origin,
                       .estimate = candidate.fit.estimate,
                       .log_likelihood = candidate.fit.log_likelihood,

@@ -3,11 +3,11 @@
 #pragma once
 
 #include <cstddef>
-#include <limits>
 #include <string>
 #include <vector>
 
 #include "mixed_effects/mixed_effects_evidence.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 
 namespace silvafit::fit {
@@ -17,7 +17,7 @@ struct Candidate {
   std::string origin{};
   Obstacle obstacle{};  ///< of a fit that has not converged
   /// Log-likelihood by which fits are ranked.
-  double rank = std::numeric_limits<double>::quiet_NaN();
+  double rank = kNaN;
   bool is_followed = false;  ///< whether the marginal maximum near it was searched
 };
 
@@ -25,12 +25,16 @@ struct Candidate {
 /// and fitted values agree.
 bool is_same(const MixedEffectsFit& a, const MixedEffectsFit& b);
 
+/// Whether the curves of all groups differ by less than a share of the residuals' scatter around
+/// them.
+bool has_same_curves(const MixedEffectsFit& a, const MixedEffectsFit& b, double share);
+
 /// Adds a fit at a new point; false if the point is known. A converged fit replaces an unconverged
 /// one at the same point.
 bool add_candidate(std::vector<Candidate>& candidates, Candidate candidate);
 
 /// Whether coefficients have the same signs and similar sizes.
-bool is_in_region(const Eigen::VectorXd& a, const Eigen::VectorXd& b);
+bool is_in_region(const VectorXd& a, const VectorXd& b);
 
 /// Whether a likelihood is so much lower than that of a converged fit that searches from there
 /// hardly ever lead to a higher one: by half a unit per observation.

@@ -9,9 +9,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::VectorXd;
-
 /// By name; `otherwise` for a coefficient without an entry.
 template <typename Value>
 Value value_of(const std::map<std::string, Value>& values,
@@ -19,17 +16,6 @@ Value value_of(const std::map<std::string, Value>& values,
                Value otherwise) {
   const auto found = values.find(name);
   return found == values.end() ? otherwise : found->second;
-}
-
-bool is_inside(const std::vector<std::string>& names,
-               const VectorXd& estimate,
-               const std::map<std::string, Bounds>& bounds) {
-  for (std::size_t j = 0; j < names.size(); ++j) {
-    const Bounds range = value_of(bounds, names[j], Bounds{});
-    const double value = estimate[static_cast<Index>(j)];
-    if (!(value >= range.low && value <= range.high)) return false;
-  }
-  return true;
 }
 
 /// Sum of the differences from the start values, relative to the sizes of both.
@@ -48,7 +34,7 @@ double distance(const std::vector<std::string>& names,
 /// The estimates of a fit for the coefficients with start values.
 std::map<std::string, double> of_start(const std::vector<std::string>& names,
                                        const Candidate& candidate,
-                                       const CoefficientWishes& wishes) {
+                                       const FitModelOptions& wishes) {
   std::map<std::string, double> result;
   for (std::size_t j = 0; j < names.size(); ++j) {
     if (wishes.start.contains(names[j])) {
@@ -58,19 +44,23 @@ std::map<std::string, double> of_start(const std::vector<std::string>& names,
   return result;
 }
 
-/// Whether the curves of all groups differ by less than the residuals scatter around them.
-bool has_same_curves(const MixedEffectsFit& a, const MixedEffectsFit& b) {
-  const VectorXd change =
-      (a.fitted_conditional - b.fitted_conditional).cwiseQuotient(b.residual_sd);
-  return change.norm() < std::sqrt(static_cast<double>(change.size()));
-}
-
 }  // namespace
+
+bool is_inside(const std::vector<std::string>& names,
+               const VectorXd& estimate,
+               const std::map<std::string, Bounds>& bounds) {
+  for (std::size_t j = 0; j < names.size(); ++j) {
+    const Bounds range = value_of(bounds, names[j], Bounds{});
+    const double value = estimate[static_cast<Index>(j)];
+    if (!(value >= range.low && value <= range.high)) return false;
+  }
+  return true;
+}
 
 const Candidate& chosen_optimum(const std::vector<std::string>& names,
                                 const std::vector<Candidate>& candidates,
                                 const Candidate& best,
-                                const CoefficientWishes& wishes) {
+                                const FitModelOptions& wishes) {
   std::vector<const Candidate*> possible;
   for (const Candidate& candidate : candidates) {
     if (!candidate.fit.convergence.converged()) continue;
@@ -92,7 +82,7 @@ const Candidate& chosen_optimum(const std::vector<std::string>& names,
     const double apart =
         distance(names, candidate->fit.estimate, of_start(names, *highest, wishes));
     if (!(away < std::min(nearest, apart))) continue;
-    if (!has_same_curves(candidate->fit, highest->fit)) continue;
+    if (!has_same_curves(candidate->fit, highest->fit, 1.0)) continue;
     nearest = away;
     chosen = candidate;
   }

@@ -11,23 +11,24 @@
 
 namespace silvafit::fit {
 
-/// What the user wants of the coefficients, by name.
-struct CoefficientWishes {
-  std::map<std::string, double> start{};
-  std::map<std::string, Bounds> bounds{};
-};
+/// Whether bounded coefficients are within their bounds.
+bool is_inside(const std::vector<std::string>& names,
+               const VectorXd& estimate,
+               const std::map<std::string, Bounds>& bounds);
 
-/// The converged fit to report; the best one without wishes.
+/// The converged fit to report; the best one if the user gives no start
+/// values or bounds.
 ///
 /// Fits outside the bounds are left out if one is inside. Of the others, fits of the same curves
 /// are the same description of the data with exchanged roles, such as the two asymptotes of a
 /// logistic curve, or the rates of absorption and elimination. The start values say which role
 /// each coefficient has: the nearest such fit is reported, unless the best one has a log-likelihood
 /// that is higher by more than kVeryStrong.
-/// \param best  one of the candidates
+/// \param best    one of the candidates
+/// \param wishes  of which start values and bounds are used
 const Candidate& chosen_optimum(const std::vector<std::string>& names,
                                 const std::vector<Candidate>& candidates,
                                 const Candidate& best,
-                                const CoefficientWishes& wishes);
+                                const FitModelOptions& wishes);
 
 }  // namespace silvafit::fit

@@ -11,9 +11,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::VectorXd;
-
 /// Replaces the random effects of the coefficients that differ between two fits.
 void renew_effects(const NonlinearModel& model, const VectorXd& before, MixedEffectsFit& fit) {
   const VectorXd slopes = population_slopes(model, fit).sizes;

@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <functional>
 #include <iterator>
-#include <limits>
 #include <map>
 #include <string>
 #include <utility>
@@ -21,10 +20,6 @@
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 constexpr std::size_t kMostGroups = 40;
 constexpr double kClearlyLower = 0.99;
@@ -105,7 +100,7 @@ void gather_angles(double period, Eigen::Ref<VectorXd> angles) {
   const auto count = static_cast<double>(order.size());
   double sum = angles(order).sum();
   double squares = angles(order).squaredNorm();
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   std::size_t cut = 0;
   for (std::size_t k = 0; k < order.size(); ++k) {
     const double around_mean = squares - sum * sum / count;
@@ -162,7 +157,7 @@ class OwnParameters {
   /// Phases are angles, of which a median means nothing.
   void gather_phases() {
     for (Index k = 0; k < own_.rows(); ++k) {
-      double least = std::numeric_limits<double>::infinity();
+      double least = kInfinity;
       double most = 0.0;
       bool is_phase = true;
       for (Index g = 0; g < own_.cols(); ++g) {

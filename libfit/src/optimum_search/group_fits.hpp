@@ -2,11 +2,11 @@
 // Least-squares fits to single groups, as by nlsList of R's nlme.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <optional>
 #include <vector>
 
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
@@ -14,9 +14,9 @@ namespace silvafit::fit {
 
 /// Fits to single groups that begin at the same parameters.
 struct GroupFits {
-  Eigen::MatrixXd own{};      ///< (K x G) parameters; NaN for groups without a fit
-  Eigen::VectorXd medians{};  ///< (K)
-  std::size_t fitted = 0;     ///< number of groups with a fit
+  MatrixXd own{};          ///< (K x G) parameters; NaN for groups without a fit
+  VectorXd medians{};      ///< (K)
+  std::size_t fitted = 0;  ///< number of groups with a fit
   double sum_of_squares = 0.0;
   double residual_sd = 0.0;
 };
@@ -34,13 +34,13 @@ struct GroupFits {
 /// \returns none if fewer than three groups have a fit
 std::vector<GroupFits> fit_single_groups(const NonlinearModel& model,
                                          const NonlinearModel& constants,
-                                         const Eigen::VectorXd& pooled);
+                                         const VectorXd& pooled);
 
 /// A start with the deviations of the groups' own parameters as random effects, as nlme starts from
 /// an nlsList; none with two groupings or random effects of a covariate's coefficient.
 /// \param estimate  (p) at the medians
 std::optional<MixedEffectsFit> start_with_effects(const NonlinearModel& model,
-                                                  const Eigen::VectorXd& estimate,
+                                                  const VectorXd& estimate,
                                                   const GroupFits& groups);
 
 /// A start near a fit: the parameters with random effects of each group are at their lowest minimum
@@ -50,6 +50,6 @@ std::optional<MixedEffectsFit> start_with_effects(const NonlinearModel& model,
 /// \returns none if the minima near the fit are as low, if no nonlinear parameter has random
 /// effects, or as start_with_effects()
 std::optional<MixedEffectsFit> start_at_own_minima(const NonlinearModel& model,
-                                                   const Eigen::VectorXd& estimate);
+                                                   const VectorXd& estimate);
 
 }  // namespace silvafit::fit

@@ -4,25 +4,22 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <string_view>
 #include <utility>
 
 #include "model/symmetric_eigen.hpp"
 #include "optimization/tolerances.hpp"
 #include "optimum_search/group_fits.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/random.hpp"
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-using Eigen::VectorXd;
-
 namespace {
 
 constexpr std::string_view kMaximumOrigin = "maximum of the marginal likelihood";
-constexpr Integration kFirst = Integration::kInteraction;
-constexpr double kNone = -std::numeric_limits<double>::infinity();
+constexpr Method kFirst = Method::kInteraction;
+constexpr double kNone = -kInfinity;
 
 /// Coefficients with fixed effects of a group that is drawn from the distribution of a fit's random
 /// effects.
@@ -50,15 +47,10 @@ VectorXd drawn_group(const NonlinearModel& model,
 }  // namespace
 
 LocalOptima::LocalOptima(const NonlinearModel& model,
-                         const MixedEffectsOptions& linearized,
-                         const MarginalOptions& marginal,
+                         const MixedEffectsOptions& options,
                          std::vector<StartingPoint> starts)
-    : model_(model),
-      linearized_(linearized),
-      marginal_(marginal),
-      starts_(std::move(starts)),
-      budget_(model, kOperations) {
-  linearized_.starts.clear();
+    : model_(model), options_(options), starts_(std::move(starts)), budget_(model, kOperations) {
+  options_.starts.clear();
 }
 
 void LocalOptima::search(bool is_result) {
@@ -91,7 +83,7 @@ void LocalOptima::climb_exactly() {
     if (starts.size() < kClimbs) starts.push_back(maximum->fit);
   }
   for (const MixedEffectsFit& start : starts) {
-    const MarginalEnd end = marginal_from(model_, start, Integration::kLaplace, marginal_);
+    const MarginalEnd end = marginal_from(model_, start, Method::kLaplace, options_);
     budget_.spend_evaluations(end.evaluations);
     if (!end.fit || !end.fit->convergence.converged()) continue;
     if (auto found = fixed_point_from(model_, *end.fit)) {
@@ -123,7 +115,7 @@ void LocalOptima::explore() {
 /// From the first start, with all starts of the variance components.
 void LocalOptima::search_longer() {
   LindstromBatesSearch found = climb_lindstrom_bates(
-      model_, starts_.front().coefficients, linearized_, Persistence::kUntilFound);
+      model_, starts_.front().coefficients, options_, Persistence::kUntilFound);
   budget_.spend_work(found.work);
   if (!found.outcome.is_valid) return;
   add_end(found.engine->result(found.outcome), starts_.front().origin, found.outcome.obstacle);
@@ -152,7 +144,7 @@ void LocalOptima::descend() {
 
 double LocalOptima::run_from(const StartingPoint& point, double spread) {
   LindstromBatesSearch found =
-      climb_lindstrom_bates(model_, point.coefficients, linearized_, Persistence::kOnce, spread);
+      climb_lindstrom_bates(model_, point.coefficients, options_, Persistence::kOnce, spread);
   // The user's further starts are additional to all others.
   if (point.origin != kSpreadStart) budget_.spend_work(found.work);
   if (!found.outcome.is_valid) return kNone;
@@ -161,7 +153,7 @@ double LocalOptima::run_from(const StartingPoint& point, double spread) {
 
 std::optional<MixedEffectsFit> LocalOptima::fixed_point_from(const NonlinearModel& model,
                                                              const MixedEffectsFit& start) {
-  LindstromBatesEnd end = lindstrom_bates_from(model, start, linearized_);
+  LindstromBatesEnd end = lindstrom_bates_from(model, start, options_);
   budget_.spend_work(end.work);
   return std::move(end.fit);
 }
@@ -169,7 +161,7 @@ std::optional<MixedEffectsFit> LocalOptima::fixed_point_from(const NonlinearMode
 double LocalOptima::add_end(MixedEffectsFit fit, const std::string& origin, Obstacle obstacle) {
   const double rank = model_.specification().random.empty()
                           ? fit.log_likelihood
-                          : marginal_log_likelihood(model_, fit, kFirst, marginal_);
+                          : marginal_log_likelihood(model_, fit, kFirst, options_);
   budget_.spend_evaluations(1);
   const bool is_reached = fit.convergence.converged();
   add_candidate(
@@ -225,13 +217,13 @@ void LocalOptima::climb_from_failed() {
     });
     if (is_known || budget_.is_spent() || is_complete()) continue;
     add_maximum(marginal_from_coefficients(
-        model_, start, kFirst, marginal_, {.known = highest_converged(maxima_)}));
+        model_, start, kFirst, options_, {.known = highest_converged(maxima_)}));
   }
 }
 
 void LocalOptima::climb_from(const MixedEffectsFit& start) {
   add_maximum(
-      marginal_from(model_, start, kFirst, marginal_, {.known = highest_converged(maxima_)}));
+      marginal_from(model_, start, kFirst, options_, {.known = highest_converged(maxima_)}));
 }
 
 /// Notes a maximum; a new one is a start.
@@ -242,7 +234,7 @@ void LocalOptima::add_maximum(MarginalEnd end) {
   while (end.fit && !end.fit->convergence.converged() && !budget_.is_spent()) {
     const double before = end.fit->log_likelihood;
     MarginalEnd next =
-        marginal_from(model_, *end.fit, kFirst, marginal_, {.known = highest_converged(maxima_)});
+        marginal_from(model_, *end.fit, kFirst, options_, {.known = highest_converged(maxima_)});
     budget_.spend_evaluations(next.evaluations);
     if (!next.fit || !(next.fit->log_likelihood > before + kHigher)) break;
     end = std::move(next);
@@ -291,26 +283,26 @@ void LocalOptima::compare_with_smaller() {
 void LocalOptima::compare_with_none() {
   const NonlinearModel fixed = model_.with_random_effects({});
   const auto reached = [&](bool is_restricted) {
-    MixedEffectsOptions options = linearized_;
+    MixedEffectsOptions options = options_;
     options.reml = is_restricted;
     const LindstromBatesSearch found =
         climb_lindstrom_bates(fixed, starts_.front().coefficients, options, Persistence::kOnce);
     const bool is_found = found.outcome.is_valid && found.outcome.converged;
     return is_found ? found.outcome.log_likelihood : kNone;
   };
-  const double log_likelihood = reached(linearized_.reml);
+  const double log_likelihood = reached(options_.reml);
   if (log_likelihood == kNone) return;
   // Fits are ranked by marginal likelihoods, also those by restricted ones.
   contained_.push_back({.text = "without random effects",
                         .log_likelihood = log_likelihood,
-                        .rank = linearized_.reml ? reached(false) : log_likelihood});
+                        .rank = options_.reml ? reached(false) : log_likelihood});
 }
 
 void LocalOptima::compare_with(const SmallerStructure& smaller) {
   const Candidate best = best_of(ends_);
   const auto found = fixed_point_from(smaller.model, reduced(best.fit, smaller));
   if (!found || !found->convergence.converged()) return;
-  const double rank = marginal_log_likelihood(smaller.model, *found, kFirst, marginal_);
+  const double rank = marginal_log_likelihood(smaller.model, *found, kFirst, options_);
   const bool is_higher = found->log_likelihood > best.fit.log_likelihood + kHigher;
   if (is_higher) {
     contained_.push_back(

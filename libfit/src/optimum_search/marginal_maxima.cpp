@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "least_squares/start_search.hpp"
@@ -17,19 +16,15 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-using Eigen::VectorXd;
-
 MarginalMaxima::MarginalMaxima(const NonlinearModel& model,
                                const VectorXd& pooled,
-                               Integration integration,
-                               const MarginalOptions& options,
+                               Method method,
+                               const MixedEffectsOptions& options,
                                const LocalOptima& found)
     : model_(model),
       pooled_(pooled),
-      integration_(integration),
-      is_first_order_(integration == Integration::kInteraction ||
-                      integration == Integration::kFirstOrder),
+      method_(method),
+      is_first_order_(method == Method::kInteraction || method == Method::kFirstOrder),
       options_(options),
       found_(found),
       contained_(found.contained()) {
@@ -41,7 +36,7 @@ MarginalMaxima::MarginalMaxima(const NonlinearModel& model,
 
 void MarginalMaxima::search(std::size_t most) {
   std::vector<Candidate> all = starts();
-  if (integration_ == Integration::kQuadrature) add_laplace_maxima(all);
+  if (method_ == Method::kQuadrature) add_laplace_maxima(all);
   follow(all, most);
   compare_with_smaller();
   try_exchanged();
@@ -52,29 +47,29 @@ void MarginalMaxima::search(std::size_t most) {
   if (!is_first_order_ && !has_converged(maxima_)) rank_ends();
 }
 
-double MarginalMaxima::value_at(const MixedEffectsFit& fit, Integration integration) const {
-  return marginal_log_likelihood(model_, fit, integration, options_);
+double MarginalMaxima::value_at(const MixedEffectsFit& fit, Method method) const {
+  return marginal_log_likelihood(model_, fit, method, options_);
 }
 
 /// The local optima, ranked by this likelihood.
 std::vector<Candidate> MarginalMaxima::starts() const {
   std::vector<Candidate> result = found_.maxima();
   for (const Candidate& end : found_.ends()) result.push_back(end);
-  if (integration_ == Integration::kInteraction) return result;
-  for (Candidate& start : result) start.rank = value_at(start.fit, integration_);
+  if (method_ == Method::kInteraction) return result;
+  for (Candidate& start : result) start.rank = value_at(start.fit, method_);
   return result;
 }
 
 /// A value by quadrature costs as much as one value by Laplace's method per point, and the maxima
 /// of both are near each other.
 void MarginalMaxima::add_laplace_maxima(std::vector<Candidate>& starts) const {
-  MarginalMaxima laplace(model_, pooled_, Integration::kLaplace, options_, found_);
+  MarginalMaxima laplace(model_, pooled_, Method::kLaplace, options_, found_);
   laplace.follow(laplace.starts(), kClimbs);
   for (const Candidate& maximum : laplace.maxima_) {
     Candidate& start = starts.emplace_back();
     start.fit = maximum.fit;
     start.origin = "maximum of Laplace's likelihood";
-    start.rank = value_at(maximum.fit, integration_);
+    start.rank = value_at(maximum.fit, method_);
   }
 }
 
@@ -91,7 +86,7 @@ void MarginalMaxima::follow(const std::vector<Candidate>& all, std::size_t most)
 }
 
 void MarginalMaxima::try_from(const MixedEffectsFit& start, const std::string& origin) {
-  add(marginal_from(model_, start, integration_, options_, {.known = highest_converged(maxima_)}),
+  add(marginal_from(model_, start, method_, options_, {.known = highest_converged(maxima_)}),
       origin);
 }
 
@@ -122,15 +117,14 @@ void MarginalMaxima::compare_with(const SmallerStructure& smaller) {
   MarginalEffort effort;
   if (!found_.has_several()) effort.known = best.log_likelihood;
   // With few points of quadrature the maximum is near that with more.
-  MarginalOptions coarse = options_;
+  MixedEffectsOptions coarse = options_;
   coarse.quadrature_points = std::min(coarse.quadrature_points, 3);
   const MarginalEnd end =
-      marginal_from(smaller.model, reduced(best, smaller), integration_, coarse, effort);
+      marginal_from(smaller.model, reduced(best, smaller), method_, coarse, effort);
   if (!end.fit || !end.fit->convergence.converged()) return;
-  const double height =
-      integration_ == Integration::kQuadrature
-          ? marginal_log_likelihood(smaller.model, *end.fit, integration_, options_)
-          : end.fit->log_likelihood;
+  const double height = method_ == Method::kQuadrature
+                            ? marginal_log_likelihood(smaller.model, *end.fit, method_, options_)
+                            : end.fit->log_likelihood;
   const bool is_higher = height > best.log_likelihood + kHigher;
   if (is_higher) {
     contained_.push_back({.text = smaller.text, .log_likelihood = height, .rank = height});
@@ -173,7 +167,7 @@ void MarginalMaxima::search_longer() {
   MixedEffectsFit first = start.fit;
   describe(model_, first);
   judge(model_, first, Rounds::kAlternations, false);
-  MixedEffectsFit found = fit_marginal_from(model_, pooled_, first, integration_, options_);
+  MixedEffectsFit found = fit_marginal_from(model_, pooled_, first, method_, options_);
   const double rank = found.log_likelihood;
   maxima_.push_back({.fit = std::move(found), .origin = start.origin, .rank = rank});
 }
@@ -183,7 +177,7 @@ void MarginalMaxima::search_longer() {
 void MarginalMaxima::finish_highest() {
   const auto place = std::ranges::max_element(maxima_, {}, [](const Candidate& candidate) {
     const double value = candidate.fit.log_likelihood;
-    return std::isnan(value) ? -std::numeric_limits<double>::infinity() : value;
+    return std::isnan(value) ? -kInfinity : value;
   });
   if (place == maxima_.end()) return;
   const Candidate start = *place;
@@ -193,7 +187,7 @@ void MarginalMaxima::finish_highest() {
   const bool has_end =
       start.obstacle.status != ConvergenceStatus::kInvalidApproximation || !has_converged(maxima_);
   if (is_finished || !has_end || !std::isfinite(start.fit.log_likelihood)) return;
-  MarginalEnd end = marginal_from(model_, start.fit, integration_, options_, {.is_complete = true});
+  MarginalEnd end = marginal_from(model_, start.fit, method_, options_, {.is_complete = true});
   if (!end.fit) return;
   if (is_same(*end.fit, start.fit) &&
       end.fit->convergence.newton_decrement < start.fit.convergence.newton_decrement) {
@@ -229,7 +223,7 @@ void MarginalMaxima::rank_ends() {
   std::optional<Obstacle> reason;
   if (invalid != maxima_.end()) reason = invalid->obstacle;
   for (Candidate& candidate : maxima_) {
-    candidate.rank = value_at(candidate.fit, Integration::kInteraction);
+    candidate.rank = value_at(candidate.fit, Method::kInteraction);
     if (!reason) continue;
     candidate.obstacle = *reason;
     if (candidate.fit.convergence.status == ConvergenceStatus::kDiverged) {
@@ -244,7 +238,7 @@ void MarginalMaxima::rank_ends() {
 /// \param difference  of log-likelihoods, at least
 const Candidate* MarginalMaxima::unfinished_above(const MixedEffectsFit& fit,
                                                   double difference) const {
-  const double here = is_first_order_ ? kNaN : value_at(fit, Integration::kInteraction);
+  const double here = is_first_order_ ? kNaN : value_at(fit, Method::kInteraction);
   const Candidate* highest = nullptr;
   for (const Candidate& candidate : maxima_) {
     const double value = candidate.fit.log_likelihood;
@@ -252,7 +246,7 @@ const Candidate* MarginalMaxima::unfinished_above(const MixedEffectsFit& fit,
       continue;
     }
     const bool counts =
-        is_first_order_ || value_at(candidate.fit, Integration::kInteraction) > here + difference;
+        is_first_order_ || value_at(candidate.fit, Method::kInteraction) > here + difference;
     if (counts && (!highest || value > highest->fit.log_likelihood)) highest = &candidate;
   }
   return highest;
@@ -267,7 +261,7 @@ const Candidate& MarginalMaxima::best() const {
 
 SearchEvidence MarginalMaxima::evidence(const Candidate& best) const {
   SearchEvidence result;
-  result.method = integration_;
+  result.method = method_;
   const MixedEffectsFit& found = best.fit;
   result.contained = higher_than(found.log_likelihood, contained_);
   const Candidate* const higher = unfinished_above(found, kHigher);
@@ -275,7 +269,7 @@ SearchEvidence MarginalMaxima::evidence(const Candidate& best) const {
   // Where Laplace's likelihood is not valid, its maxima are far below the first-order one.
   if (!is_first_order_ && !found_.maxima().empty()) {
     const Candidate& first = best_of(found_.maxima());
-    const bool is_valid = std::isfinite(value_at(first.fit, Integration::kLaplace));
+    const bool is_valid = std::isfinite(value_at(first.fit, Method::kLaplace));
     if (!is_valid) result.first_order_maximum = first.rank;
   }
   return result;

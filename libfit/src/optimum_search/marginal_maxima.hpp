@@ -18,9 +18,9 @@ class MarginalMaxima {
  public:
   /// \param pooled  (p) coefficients of the pooled fit
   MarginalMaxima(const NonlinearModel& model,
-                 const Eigen::VectorXd& pooled,
-                 Integration integration,
-                 const MarginalOptions& options,
+                 const VectorXd& pooled,
+                 Method method,
+                 const MixedEffectsOptions& options,
                  const LocalOptima& found);
 
   /// \param most  number of starts
@@ -31,7 +31,7 @@ class MarginalMaxima {
   SearchEvidence evidence(const Candidate& best) const;
 
  private:
-  double value_at(const MixedEffectsFit& fit, Integration integration) const;
+  double value_at(const MixedEffectsFit& fit, Method method) const;
   std::vector<Candidate> starts() const;
   void add_laplace_maxima(std::vector<Candidate>& starts) const;
   void follow(const std::vector<Candidate>& all, std::size_t most);
@@ -48,10 +48,10 @@ class MarginalMaxima {
   const Candidate* unfinished_above(const MixedEffectsFit& fit, double difference) const;
 
   const NonlinearModel& model_;
-  const Eigen::VectorXd& pooled_;
-  Integration integration_;
+  const VectorXd& pooled_;
+  Method method_;
   bool is_first_order_;
-  const MarginalOptions& options_;
+  const MixedEffectsOptions& options_;
   const LocalOptima& found_;
   std::vector<Candidate> maxima_;
   std::vector<ContainedModel> contained_;

@@ -18,9 +18,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::VectorXd;
-
 // With at least this many observations, starting points are compared on a part of the data.
 constexpr Index kManyObservations = 4000;
 
@@ -46,16 +43,17 @@ class OptimumSearch {
  public:
   OptimumSearch(const NonlinearModel& model,
                 const LeastSquaresFit& pooled,
-                const OptimumSearchOptions& options)
-      : model_(model), pooled_(pooled), options_(options) {}
+                Method method,
+                const MixedEffectsOptions& options,
+                const FitModelOptions& wishes)
+      : model_(model), pooled_(pooled), method_(method), options_(options), wishes_(wishes) {}
 
   MixedEffectsFit run() {
     if (model_.observations() >= kManyObservations && !model_.is_linear()) learn_from_part();
     LocalOptima found = local_optima();
     if (found.ends().empty()) return usual_fit();
     if (model_.specification().random.empty()) return best_without_random_effects(found);
-    return options_.integration ? marginal_maximum(found, *options_.integration)
-                                : best_fixed_point(found);
+    return is_marginal(method_) ? marginal_maximum(found) : best_fixed_point(found);
   }
 
   /// The coefficients of the best fit, without standard errors and message; none without a fit.
@@ -70,7 +68,7 @@ class OptimumSearch {
   /// start changes nothing in the search without it. Of equal fits the first is reported.
   LocalOptima local_optima() const {
     std::vector<StartingPoint> given;
-    for (const VectorXd& start : options_.linearized.starts) {
+    for (const VectorXd& start : options_.starts) {
       given.push_back({.coefficients = start, .origin = std::string(kStartValues)});
     }
     std::vector<StartingPoint> own = own_starts();
@@ -86,35 +84,33 @@ class OptimumSearch {
     if (model_.is_linear() && model_.specification().variance.factors.empty()) {
       return {{.coefficients = pooled_.estimate, .origin = std::string(kPooledFit)}};
     }
-    if (from_part_.size() == 0) return starting_points(model_, pooled_, options_.spread_starts);
+    if (from_part_.size() == 0) return starting_points(model_, pooled_, wishes_.spread_starts);
     return {{.coefficients = pooled_.estimate, .origin = std::string(kPooledFit)},
             {.coefficients = from_part_, .origin = "a part of the observations"}};
   }
 
   LocalOptima searched(std::vector<StartingPoint> starts) const {
-    LocalOptima result(model_, options_.linearized, options_.marginal, std::move(starts));
-    result.search(!options_.integration.has_value());
+    LocalOptima result(model_, options_, std::move(starts));
+    result.search(!is_marginal(method_));
     return result;
   }
 
   /// The result if no start leads to a fit.
   MixedEffectsFit usual_fit() const {
-    return options_.integration
-               ? fit_marginal(model_, pooled_.estimate, *options_.integration, options_.marginal)
-               : fit_lindstrom_bates(model_, pooled_.estimate, options_.linearized);
+    return is_marginal(method_) ? fit_marginal(model_, pooled_.estimate, method_, options_)
+                                : fit_lindstrom_bates(model_, pooled_.estimate, options_);
   }
 
   /// With many observations each start is expensive; a part of them is enough to compare starts.
   void learn_from_part() {
     const NonlinearModel part = model_.subset(representative_rows(model_));
     const LeastSquaresFit pooled =
-        fit_least_squares(part, {.other_minima = true, .further_starts = options_.spread_starts});
+        fit_least_squares(part, {.other_minima = true, .further_starts = wishes_.spread_starts});
     if (!pooled.estimate.allFinite()) return;
-    OptimumSearchOptions options = options_;
-    options.linearized.trace = nullptr;
-    if (auto found = OptimumSearch(part, pooled, options).best_coefficients()) {
-      from_part_ = *std::move(found);
-    }
+    MixedEffectsOptions options = options_;
+    options.trace = nullptr;
+    OptimumSearch search(part, pooled, method_, options, wishes_);
+    if (auto found = search.best_coefficients()) from_part_ = *std::move(found);
   }
 
   MixedEffectsFit best_without_random_effects(const LocalOptima& found) const {
@@ -134,7 +130,7 @@ class OptimumSearch {
     constexpr double kExact = 1e-12;  // squared standard errors
     const Convergence& reached = candidate.fit.convergence;
     if (!reached.converged() || reached.newton_decrement <= kExact) return;
-    MixedEffectsOptions options = options_.linearized;
+    MixedEffectsOptions options = options_;
     options.starts.clear();
     const LindstromBatesEnd end = lindstrom_bates_from(model_, candidate.fit, options);
     const bool is_better = end.fit && end.fit->convergence.converged() &&
@@ -150,26 +146,24 @@ class OptimumSearch {
       return !(model.log_likelihood > shown.fit.log_likelihood + kHigher);
     });
     result.contained = higher_than(shown.rank, higher);
-    result.is_restricted = options_.linearized.reml;
-    result.marginal = Integration::kInteraction;
+    result.is_restricted = options_.reml;
+    result.marginal = Method::kInteraction;
     result.marginal_here = shown.rank;
     result.marginal_maximum = std::max(shown.rank, highest_converged(found.maxima()));
     if (model_.is_linear()) return result;
-    const double laplace =
-        marginal_log_likelihood(model_, shown.fit, Integration::kLaplace, options_.marginal);
+    const double laplace = marginal_log_likelihood(model_, shown.fit, Method::kLaplace, options_);
     if (!std::isfinite(laplace)) return result;
-    const MarginalEnd end =
-        marginal_from(model_, shown.fit, Integration::kLaplace, options_.marginal);
+    const MarginalEnd end = marginal_from(model_, shown.fit, Method::kLaplace, options_);
     if (!end.fit || !end.fit->convergence.converged()) return result;
-    result.marginal = Integration::kLaplace;
+    result.marginal = Method::kLaplace;
     result.marginal_here = laplace;
     result.marginal_maximum = std::max(laplace, end.fit->log_likelihood);
     return result;
   }
 
-  MixedEffectsFit marginal_maximum(const LocalOptima& found, Integration integration) const {
-    const std::size_t asked = static_cast<std::size_t>(options_.spread_starts) / 4;
-    MarginalMaxima maxima(model_, pooled_.estimate, integration, options_.marginal, found);
+  MixedEffectsFit marginal_maximum(const LocalOptima& found) const {
+    const std::size_t asked = static_cast<std::size_t>(wishes_.spread_starts) / 4;
+    MarginalMaxima maxima(model_, pooled_.estimate, method_, options_, found);
     maxima.search(found.has_several() ? kClimbs + 3 * asked : 1);
     const Candidate& best = maxima.best();
     const Candidate& shown = chosen(maxima.all(), best);
@@ -177,7 +171,7 @@ class OptimumSearch {
   }
 
   const Candidate& chosen(const std::vector<Candidate>& all, const Candidate& best) const {
-    return chosen_optimum(model_.coefficient_names(), all, best, options_.wishes);
+    return chosen_optimum(model_.coefficient_names(), all, best, wishes_);
   }
 
   /// If the user's wishes exclude the best fit, others that are higher are no evidence against the
@@ -195,18 +189,17 @@ class OptimumSearch {
   MixedEffectsFit judged(const Candidate& best,
                          const std::vector<Candidate>& all,
                          const SearchEvidence& evidence) const {
-    const bool is_marginal = options_.integration.has_value();
     MixedEffectsFit fit = best.fit;
     // A failed fit already has a message with the reason.
     if (fit.convergence.findings.empty()) {
       describe(model_, fit);
       judge(model_,
             fit,
-            is_marginal ? Rounds::kEvaluations : Rounds::kAlternations,
-            options_.linearized.reml,
+            is_marginal(method_) ? Rounds::kEvaluations : Rounds::kAlternations,
+            options_.reml,
             best.obstacle);
     }
-    fit.optima = optima_of(best, all, is_marginal);
+    fit.optima = optima_of(best, all, is_marginal(method_));
     judge_search(model_.specification(), evidence, fit);
     if (fit.convergence.converged()) judge_kinks(fit, kinks_at(fit), evidence);
     return fit;
@@ -217,20 +210,22 @@ class OptimumSearch {
   Kinks kinks_at(const MixedEffectsFit& fit) const {
     Kinks kinks{.coefficients = model_.random_kinks()};
     if (kinks.coefficients.empty()) return kinks;
-    MarginalOptions options = options_.marginal;
+    MixedEffectsOptions options = options_;
     options.quadrature_points = kinks.points = 2 * options.quadrature_points + 1;
     try {
-      check_marginal(model_, Integration::kQuadrature, options);
+      check_marginal(model_, Method::kQuadrature, options);
     } catch (const UsageError&) {
       return kinks;  // too many effects
     }
-    kinks.by_quadrature = marginal_log_likelihood(model_, fit, Integration::kQuadrature, options);
+    kinks.by_quadrature = marginal_log_likelihood(model_, fit, Method::kQuadrature, options);
     return kinks;
   }
 
   const NonlinearModel& model_;
   const LeastSquaresFit& pooled_;
-  const OptimumSearchOptions& options_;
+  Method method_;
+  const MixedEffectsOptions& options_;
+  const FitModelOptions& wishes_;
   VectorXd from_part_;  ///< (p) best coefficients of a part of the data; empty without one
 };
 
@@ -238,9 +233,11 @@ class OptimumSearch {
 
 MixedEffectsFit search_optimum(const NonlinearModel& model,
                                const LeastSquaresFit& pooled,
-                               const OptimumSearchOptions& options) {
-  if (options.integration) check_marginal(model, *options.integration, options.marginal);
-  return OptimumSearch(model, pooled, options).run();
+                               Method method,
+                               const MixedEffectsOptions& options,
+                               const FitModelOptions& wishes) {
+  if (is_marginal(method)) check_marginal(model, method, options);
+  return OptimumSearch(model, pooled, method, options, wishes).run();
 }
 
 }  // namespace silvafit::fit

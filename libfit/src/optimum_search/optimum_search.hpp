@@ -11,16 +11,6 @@
 
 namespace silvafit::fit {
 
-struct OptimumSearchOptions {
-  /// The method: of a marginal likelihood, or Lindstrom and Bates' (generalized least squares
-  /// without random effects).
-  std::optional<Integration> integration{};
-  MixedEffectsOptions linearized{};  ///< its starts are the user's
-  MarginalOptions marginal{};
-  int spread_starts = 0;
-  CoefficientWishes wishes{};
-};
-
 /// The best of the fits from all starting points.
 ///
 /// Lindstrom and Bates' method runs from each starting point. Its fixed points are ranked by their
@@ -28,9 +18,14 @@ struct OptimumSearchOptions {
 /// likelihood is maximized from the best ones, and its maximum is a start for a further fixed
 /// point. Then each random effect is omitted in turn: the fit of a model must not have a lower
 /// likelihood than that of a nested model. docs/local-maxima.md describes the search.
-/// \param pooled  the least-squares fit, with its other minima
+/// \param pooled       the least-squares fit, with its other minima
+///   effects) without one
+/// \param options      their starts are the user's
+/// \param wishes       of which start values, bounds and the number of further starts are used
 MixedEffectsFit search_optimum(const NonlinearModel& model,
                                const LeastSquaresFit& pooled,
-                               const OptimumSearchOptions& options);
+                               Method method,
+                               const MixedEffectsOptions& options,
+                               const FitModelOptions& wishes);
 
 }  // namespace silvafit::fit

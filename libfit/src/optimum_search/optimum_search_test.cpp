@@ -460,7 +460,7 @@ TEST_CASE("the findings of a search are in the convergence message") {
   CHECK(after({}).verdict() == "Converged.");
 
   const Convergence below =
-      after({.method = Integration::kLaplace,
+      after({.method = Method::kLaplace,
              .contained = ContainedModel{.text = "without b", .log_likelihood = -90.0}});
   CHECK(below.status == ConvergenceStatus::kContainedModelHigher);
   CHECK(below.has(Evidence::Kind::kContainedModel, "without b"));
@@ -489,13 +489,12 @@ TEST_CASE("the findings of a search are in the convergence message") {
   CHECK(after({.marginal_here = -99.5, .marginal_maximum = -98.5}).verdict() == "Converged.");
   CHECK(after({.marginal_here = -60.0, .marginal_maximum = -59.0}).status ==
         ConvergenceStatus::kInvalidApproximation);
-  const Convergence unfinished = after({.method = Integration::kLaplace, .unfinished = -98.0});
+  const Convergence unfinished = after({.method = Method::kLaplace, .unfinished = -98.0});
   CHECK(unfinished.status == ConvergenceStatus::kMaximumNotReached);
   CHECK(unfinished.verdict().find("`method=focei`") != std::string::npos);
   // The message does not recommend the method that was used.
-  CHECK(after({.method = Integration::kInteraction, .unfinished = -98.0})
-            .verdict()
-            .find("`method=") == std::string::npos);
+  CHECK(after({.method = Method::kInteraction, .unfinished = -98.0}).verdict().find("`method=") ==
+        std::string::npos);
   CHECK(after({.first_order_maximum = -70.0}).status == ConvergenceStatus::kInvalidApproximation);
 
   fit.optima = {{.estimate = fit.estimate, .log_likelihood = -100.0},
@@ -548,8 +547,8 @@ TEST_CASE("the message of a fit with kinks has the likelihood by quadrature") {
   CHECK(linearized.verdict().find("kink in xmax") != std::string::npos);
   CHECK(linearized.verdict().find("is -93.00, not -100.00") != std::string::npos);
   // Quadrature with enough points needs no doubt.
-  CHECK(after(-100.01, {.method = Integration::kQuadrature}).verdict() == "Converged.");
-  CHECK(after(-99.0, {.method = Integration::kQuadrature}).verdict().find("`agq_points=15`") !=
+  CHECK(after(-100.01, {.method = Method::kQuadrature}).verdict() == "Converged.");
+  CHECK(after(-99.0, {.method = Method::kQuadrature}).verdict().find("`agq_points=15`") !=
         std::string::npos);
 }
 

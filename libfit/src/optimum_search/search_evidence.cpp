@@ -50,11 +50,6 @@ double linearization_error(const MixedEffectsFit& fit, const SearchEvidence& evi
   return error;
 }
 
-/// The method of the marginal likelihood that ranks fits by Lindstrom and Bates' method.
-std::string name_of(Integration ranking) {
-  return ranking == Integration::kLaplace ? "laplace" : "focei";
-}
-
 /// \param values  likelihoods of the sentence, before the estimates
 void find_optimum(Finding::Kind kind,
                   const LocalOptimum& optimum,
@@ -102,7 +97,7 @@ void judge_search(const ModelSpecification& specification,
   if (!convergence.converged()) return;
   const double useless =
       std::max(10.0 * kDoubtful, Thresholds::kUseless * static_cast<double>(fit.observations));
-  const std::string method = name_of(evidence.marginal);
+  const std::string method = word_of(evidence.marginal);
   if (evidence.contained) {
     const ContainedModel& contained = *evidence.contained;
     convergence.evidence.push_back({.kind = Evidence::Kind::kContainedModel,
@@ -137,8 +132,8 @@ void judge_search(const ModelSpecification& specification,
         {.kind = Evidence::Kind::kHigherEnd, .value = evidence.unfinished});
     convergence.conclude(
         ConvergenceStatus::kMaximumNotReached,
-        {.kind = evidence.method == Integration::kInteraction ? Finding::Kind::kUnfinishedFirstOrder
-                                                              : Finding::Kind::kUnfinishedHigher,
+        {.kind = evidence.method == Method::kInteraction ? Finding::Kind::kUnfinishedFirstOrder
+                                                         : Finding::Kind::kUnfinishedHigher,
          .values = {fit.log_likelihood, evidence.unfinished},
          .reducible = reducible(specification)});
     return;
@@ -171,7 +166,7 @@ void judge_search(const ModelSpecification& specification,
 void judge_kinks(MixedEffectsFit& fit, const Kinks& kinks, const SearchEvidence& evidence) {
   Convergence& convergence = fit.convergence;
   if (kinks.coefficients.empty() || !convergence.converged()) return;
-  const bool is_quadrature = evidence.method == Integration::kQuadrature;
+  const bool is_quadrature = evidence.method == Method::kQuadrature;
   const double error = std::abs(kinks.by_quadrature - fit.log_likelihood);
   if (is_quadrature && !(error > kHigher)) return;
   Finding found{

@@ -2,12 +2,12 @@
 // Findings of a search over starting points.
 #pragma once
 
-#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "silvafit/base/constants.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 
 namespace silvafit::fit {
@@ -31,22 +31,22 @@ std::optional<ContainedModel> higher_than(double rank,
 
 /// Findings of a search over starting points besides the fit.
 struct SearchEvidence {
-  std::optional<Integration> method{};  ///< of a marginal likelihood
+  std::optional<Method> method{};  ///< of a marginal likelihood
   std::optional<ContainedModel> contained{};
   /// Of a fit by Lindstrom and Bates' method: the marginal log-likelihood at its estimates, the
   /// highest one, and of which method; NaN or -infinity where they are not known.
-  double marginal_here = std::numeric_limits<double>::quiet_NaN();
-  double marginal_maximum = -std::numeric_limits<double>::infinity();
-  Integration marginal = Integration::kLaplace;
+  double marginal_here = kNaN;
+  double marginal_maximum = -kInfinity;
+  Method marginal = Method::kLaplace;
   /// Whether the fit's own log-likelihood is a restricted one, which changes with the units of the
   /// covariates and is not comparable with a marginal one.
   bool is_restricted = false;
   /// Of a marginal likelihood with all second derivatives: the maximum of the first-order one, if
   /// Laplace's may not be valid there; else NaN.
-  double first_order_maximum = std::numeric_limits<double>::quiet_NaN();
+  double first_order_maximum = kNaN;
   /// Of a marginal likelihood: the log-likelihood of a point from which a search increased without
   /// bound, if it is the highest; else NaN.
-  double unfinished = std::numeric_limits<double>::quiet_NaN();
+  double unfinished = kNaN;
 };
 
 /// Adds the findings of the search to those of the fit. A fit of a marginal
@@ -63,7 +63,7 @@ struct Kinks {
   std::vector<std::string> coefficients{};
   /// Log-likelihood by quadrature at the estimates with so many points per random effect; NaN if
   /// quadrature is not possible.
-  double by_quadrature = std::numeric_limits<double>::quiet_NaN();
+  double by_quadrature = kNaN;
   int points = 0;
 };
 

@@ -11,9 +11,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-
 RandomEffects without(const RandomEffects& random, std::size_t effect) {
   RandomEffects result = random;
   result.coefficients.erase(result.coefficients.begin() + static_cast<Index>(effect));
@@ -99,10 +96,7 @@ double small_deviation(const NonlinearModel& model,
   if (smaller.left_out < 0) return 0.0;
   const std::vector<Index> places =
       model.coefficients_of(model.specification().random[smaller.term]);
-  NonlinearModel::Workspace workspace;
-  Eigen::VectorXd mean;
-  MatrixXd jacobian;
-  model.evaluate(model.extended(fit.estimate), mean, &jacobian, workspace);
+  const MatrixXd jacobian = model.curve_at(model.extended(fit.estimate)).jacobian;
   const double slope = jacobian.col(places[static_cast<std::size_t>(smaller.left_out)]).norm() /
                        std::sqrt(static_cast<double>(model.observations()));
   constexpr double kShare = 0.1;

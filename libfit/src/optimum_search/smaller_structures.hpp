@@ -2,10 +2,10 @@
 // Nested random-effects structures of a model, and conversion of fits between them.
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <vector>
 
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
@@ -15,9 +15,9 @@ namespace silvafit::fit {
 /// ones.
 struct SmallerStructure {
   NonlinearModel model;
-  std::string text{};          ///< "without the random effect of a"
-  std::size_t term = 0;        ///< that has changed
-  Eigen::Index left_out = -1;  ///< the omitted effect; -1 for independent effects
+  std::string text{};    ///< "without the random effect of a"
+  std::size_t term = 0;  ///< that has changed
+  Index left_out = -1;   ///< the omitted effect; -1 for independent effects
 };
 
 /// The structures one step smaller: without each effect of a term that has several, and with a

@@ -18,8 +18,6 @@ namespace silvafit::fit {
 namespace {
 
 using data::Expression;
-using Eigen::Index;
-using Eigen::VectorXd;
 
 /// Names of the model's parameters.
 std::vector<std::string> parameter_names(const NonlinearModel& model) {
@@ -32,7 +30,7 @@ std::vector<std::string> parameter_names(const NonlinearModel& model) {
 
 /// (N) an expression of the model's columns.
 VectorXd column_values(const NonlinearModel& model, const Expression& expression) {
-  const Eigen::MatrixXd& columns = model.variable_values();
+  const MatrixXd& columns = model.variable_values();
   VectorXd result(model.observations());
   std::vector<double> values(model.variables().size());
   for (Index i = 0; i < result.size(); ++i) {

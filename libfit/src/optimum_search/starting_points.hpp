@@ -2,13 +2,13 @@
 // Coefficients from which the search of a mixed model begins.
 #pragma once
 
-#include <Eigen/Core>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "silvafit/fit/least_squares.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
@@ -21,8 +21,8 @@ inline constexpr std::string_view kOtherMinimum = "other least-squares minimum";
 inline constexpr std::string_view kGroupMedians = "medians of single groups";
 
 struct StartingPoint {
-  Eigen::VectorXd coefficients{};  ///< (p)
-  std::string origin{};            ///< "least squares", "start values", ... for reports
+  VectorXd coefficients{};  ///< (p)
+  std::string origin{};     ///< "least squares", "start values", ... for reports
   std::optional<MixedEffectsFit> with_effects{};  ///< the same with random effects, if known
 };
 

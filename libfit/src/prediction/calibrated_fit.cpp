@@ -10,9 +10,9 @@ FittedModel with_groups(const FittedModel& fit, const Calibration& calibration) 
   for (std::size_t k = 0; k < result.random.size(); ++k) {
     const CalibratedEffects& found = calibration.random[k];
     EstimatedEffects& term = result.random[k];
-    std::vector<Eigen::Index> known;
+    std::vector<Index> known;
     term.labels.clear();
-    for (Eigen::Index g = 0; g < found.effects.cols(); ++g) {
+    for (Index g = 0; g < found.effects.cols(); ++g) {
       if (!found.effects.col(g).allFinite()) continue;
       known.push_back(g);
       term.labels.push_back(found.labels[static_cast<std::size_t>(g)]);

@@ -7,18 +7,14 @@
 #include <cmath>
 
 #include "likelihood/effect_posteriors.hpp"
-#include "model/covariance_factor.hpp"
 #include "model/group_labels.hpp"
+#include "model/symmetric_eigen.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/program.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 void check(const FittedModel& fit, SeenGroups seen) {
   if (!fit.has_random_effects()) {

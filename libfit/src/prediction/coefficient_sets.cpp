@@ -15,10 +15,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 [[noreturn]] void refuse_group(const data::Table& table,
                                std::size_t row,
                                const std::string& column,

@@ -2,9 +2,9 @@
 // The coefficients for the predictions of the rows of a table, and their uncertainty.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/prediction.hpp"
 
 namespace silvafit::fit {
@@ -13,16 +13,16 @@ namespace silvafit::fit {
 /// set has two parts: the error of the estimates, and the random effects that were not estimated,
 /// which are open.
 struct CoefficientSets {
-  Eigen::MatrixXd coefficients{};  ///< (p x M)
-  Eigen::MatrixXd covariances{};   ///< (p p x M) of the error of estimates, by columns
+  MatrixXd coefficients{};  ///< (p x M)
+  MatrixXd covariances{};   ///< (p p x M) of the error of estimates, by columns
   /// (M) number of terms, from the first on, whose effects are estimated.
   std::vector<std::size_t> known{};
   std::vector<bool> is_marginal{};  ///< (M) whether the value is the mean over the open effects
 
-  std::vector<Eigen::Index> set_of_row{};       ///< (N)
-  std::vector<bool> is_new_group{};             ///< (N)
-  std::vector<bool> is_missing{};               ///< (N) rows without a value
-  std::vector<Eigen::Index> calibrated_from{};  ///< (N), empty unless calibrated
+  std::vector<Index> set_of_row{};       ///< (N)
+  std::vector<bool> is_new_group{};      ///< (N)
+  std::vector<bool> is_missing{};        ///< (N) rows without a value
+  std::vector<Index> calibrated_from{};  ///< (N), empty unless calibrated
 };
 
 /// \param with_covariances  whether to compute covariances
@@ -35,10 +35,10 @@ CoefficientSets coefficient_sets(const FittedModel& fit,
 
 /// (p x p) the covariance of a term's random effects among all coefficients.
 /// \param names, covariance  of the term
-Eigen::MatrixXd among_coefficients(const FittedModel& fit,
-                                   const std::vector<std::string>& names,
-                                   const Eigen::MatrixXd& covariance);
+MatrixXd among_coefficients(const FittedModel& fit,
+                            const std::vector<std::string>& names,
+                            const MatrixXd& covariance);
 /// (p x p) covariance of the effects of the terms after the first `known` ones.
-Eigen::MatrixXd open_covariance(const FittedModel& fit, std::size_t known);
+MatrixXd open_covariance(const FittedModel& fit, std::size_t known);
 
 }  // namespace silvafit::fit

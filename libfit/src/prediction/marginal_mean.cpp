@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <set>
 #include <vector>
 
@@ -14,10 +13,6 @@
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 // Points of a rule in all variables together; more would take minutes for 1e5 trees.
 constexpr double kMostNodes = 20000.0;
@@ -61,7 +56,7 @@ MarginalMean with_rule(const RowMean& mean,
 class RowRules {
  public:
   explicit RowRules(Index rows)
-      : value_(VectorXd::Constant(rows, std::numeric_limits<double>::quiet_NaN())),
+      : value_(VectorXd::Constant(rows, kNaN)),
         difference_(VectorXd::Constant(rows, kInfinity)),
         points_(static_cast<std::size_t>(rows), 0) {}
 
@@ -101,8 +96,7 @@ MatrixXd gradient_by(const RowMean& mean,
                      const MatrixXd& arguments,
                      const MatrixXd& root,
                      const std::vector<int>& points) {
-  MatrixXd result = MatrixXd::Constant(
-      mean.rows(), mean.design().coefficient_count(), std::numeric_limits<double>::quiet_NaN());
+  MatrixXd result = MatrixXd::Constant(mean.rows(), mean.design().coefficient_count(), kNaN);
   for (const int rule : std::set<int>(points.begin(), points.end())) {
     if (rule == 0) continue;
     const MatrixXd gradient = with_rule(mean, arguments, root, rule, true).gradient;

@@ -2,15 +2,14 @@
 // Means over random effects by quadrature.
 #pragma once
 
-#include <Eigen/Core>
-
 #include "prediction/row_mean.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
 struct MarginalMean {
-  Eigen::VectorXd value{};     ///< (N) E f(phi + A b), NaN if f is not defined around b = 0
-  Eigen::MatrixXd gradient{};  ///< (N x p) its derivative by the coefficients, if requested
+  VectorXd value{};     ///< (N) E f(phi + A b), NaN if f is not defined around b = 0
+  MatrixXd gradient{};  ///< (N x p) its derivative by the coefficients, if requested
   /// Largest relative difference of the last two rules of a row; infinite if it has only one.
   double difference = 0.0;
 };
@@ -22,8 +21,8 @@ struct MarginalMean {
 /// \param covariance  (p x p) of the coefficients' random effects; may be singular
 /// \param accuracy    relative difference of two rules that agree
 MarginalMean marginal_mean(const RowMean& mean,
-                           const Eigen::MatrixXd& arguments,
-                           const Eigen::MatrixXd& covariance,
+                           const MatrixXd& arguments,
+                           const MatrixXd& covariance,
                            double accuracy,
                            bool with_gradient);
 

@@ -5,9 +5,10 @@
 #include <array>
 #include <boost/math/distributions/normal.hpp>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <vector>
+
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
 
@@ -19,8 +20,6 @@ struct NormalMixture::Distribution {
 };
 
 namespace {
-
-using Eigen::Index;
 
 /// Without long doubles, which take ten times as long.
 using NormalDistribution = boost::math::normal_distribution<
@@ -87,7 +86,7 @@ void NormalMixture::assign(const Values& means,
       kNegligible * least_tail * weights.sum() / static_cast<double>(weights.size());
   constexpr double kFar = 40.0;  // standard deviations, beyond any probability of a double
   double total = 0.0;
-  low_ = std::numeric_limits<double>::infinity();
+  low_ = kInfinity;
   high_ = -low_;
   narrowest_ = low_;
   center_ = 0.0;
@@ -142,7 +141,7 @@ NormalMixture::Distribution NormalMixture::at(double y) const {
 }
 
 double NormalMixture::quantile(double probability) const {
-  if (means_.empty()) return std::numeric_limits<double>::quiet_NaN();
+  if (means_.empty()) return kNaN;
   // Halley's method for the normal score of the distribution function, which is a straight line for
   // one normal distribution, kept inside a bracket that shrinks. It begins at the quantile of the
   // first terms of the Cornish-Fisher expansion.
@@ -166,7 +165,7 @@ double NormalMixture::quantile(double probability) const {
     double next = y - excess / here.density;
     const double own = here.probability > 0.0 && here.probability < 1.0
                            ? boost::math::quantile(normal, here.probability)
-                           : std::numeric_limits<double>::infinity();
+                           : kInfinity;
     const double missing = own - score;
     if (std::abs(missing) <= kNear) {
       const double slope = here.density / boost::math::pdf(normal, own);

@@ -2,9 +2,10 @@
 // Quantiles of mixtures of normal distributions.
 #pragma once
 
-#include <Eigen/Core>
-#include <limits>
 #include <vector>
+
+#include "silvafit/base/constants.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
@@ -12,7 +13,7 @@ namespace silvafit::fit {
 /// 0. Components that are not finite are left out.
 class NormalMixture {
  public:
-  using Values = Eigen::Ref<const Eigen::VectorXd>;
+  using Values = Eigen::Ref<const VectorXd>;
   /// \param least_tail  the smallest probability on one side that quantiles are asked for
   NormalMixture(const Values& means,
                 const Values& deviations,
@@ -33,14 +34,14 @@ class NormalMixture {
   Distribution at(double y) const;
 
   std::vector<double> means_{};
-  std::vector<double> inverses_{};                        ///< of standard deviations
-  std::vector<double> weights_{};                         ///< their sum is 1
-  double low_ = std::numeric_limits<double>::infinity();  ///< all quantiles are between these
-  double high_ = -std::numeric_limits<double>::infinity();
+  std::vector<double> inverses_{};  ///< of standard deviations
+  std::vector<double> weights_{};   ///< their sum is 1
+  double low_ = kInfinity;          ///< all quantiles are between these
+  double high_ = -kInfinity;
   double center_ = 0.0;
   double deviation_ = 0.0;
-  double skewness_ = 0.0;                                       ///< at most 1 in size
-  double narrowest_ = std::numeric_limits<double>::infinity();  ///< smallest standard deviation
+  double skewness_ = 0.0;         ///< at most 1 in size
+  double narrowest_ = kInfinity;  ///< smallest standard deviation
 };
 
 }  // namespace silvafit::fit

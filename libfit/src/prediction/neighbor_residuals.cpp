@@ -22,10 +22,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 /// Rows of one group.
 struct GroupRows {
   std::vector<Index> measured{};

@@ -10,10 +10,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 constexpr std::array kMainProbes{-3.0, -2.0, -1.0, 1.0, 2.0, 3.0};
 
 /// The points of the gradients, (q x P) in standard deviations: along the main direction up to 3,

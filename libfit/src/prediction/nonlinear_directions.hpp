@@ -2,10 +2,10 @@
 // The directions of its arguments in which a mean is nonlinear, and those in which it is linear.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "prediction/row_mean.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
@@ -16,12 +16,12 @@ namespace silvafit::fit {
 /// is nonlinear in that subspace only. The linear part has a normal distribution and needs no
 /// quadrature points.
 struct NonlinearDirections {
-  Eigen::MatrixXd root{};  ///< (K + U x q) q directions, the mean changes most along the first
-  double linear = 0.0;     ///< standard deviation of the linear part
+  MatrixXd root{};      ///< (K + U x q) q directions, the mean changes most along the first
+  double linear = 0.0;  ///< standard deviation of the linear part
 };
 
 /// The number of points at which nonlinear_directions() takes gradients, each of q numbers a row.
-Eigen::Index probe_count(Eigen::Index width);
+Index probe_count(Index width);
 
 /// \param mean       of some rows
 /// \param center     (N x K + U) their arguments
@@ -33,10 +33,10 @@ Eigen::Index probe_count(Eigen::Index width);
 ///   has no normal distribution
 /// \returns (N)
 std::vector<NonlinearDirections> nonlinear_directions(const RowMean& mean,
-                                                      const Eigen::MatrixXd& center,
-                                                      const Eigen::MatrixXd& gradient,
-                                                      const std::vector<Eigen::MatrixXd>& roots,
-                                                      const Eigen::VectorXd& tolerance,
+                                                      const MatrixXd& center,
+                                                      const MatrixXd& gradient,
+                                                      const std::vector<MatrixXd>& roots,
+                                                      const VectorXd& tolerance,
                                                       bool split);
 
 }  // namespace silvafit::fit

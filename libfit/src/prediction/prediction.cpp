@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "prediction/coefficient_sets.hpp"
-#include "prediction/known_levels.hpp"
 #include "prediction/marginal_mean.hpp"
 #include "prediction/neighbor_residuals.hpp"
 #include "prediction/prediction_intervals.hpp"
@@ -14,13 +16,10 @@
 #include "prediction/row_mean.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/data/csv.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 void check(const PredictionOptions& options) {
   if (options.interval && !(*options.interval > 0.0 && *options.interval < 1.0)) {
@@ -29,58 +28,104 @@ void check(const PredictionOptions& options) {
   }
 }
 
-/// Replaces values by marginal means, for the rows whose sets require them.
-class MarginalRows {
- public:
-  MarginalRows(const FittedModel& fit,
-               const data::Table& table,
-               const CoefficientSets& sets,
-               const PredictionOptions& options,
-               bool with_gradient)
-      : fit_(fit), table_(table), sets_(sets), options_(options), with_gradient_(with_gradient) {}
+/// Equal text, or the same number: "01" is 1.
+bool is_known(const std::string& label, const std::vector<std::string>& known) {
+  if (std::ranges::find(known, label) != known.end()) return true;
+  double number = 0.0;
+  if (!data::parse_number(label, number)) return false;
+  return std::ranges::any_of(known, [number](const std::string& one) {
+    double value = 0.0;
+    return data::parse_number(one, value) && value == number;
+  });
+}
 
-  void replace(Prediction& result) {
-    for (std::size_t known = 0; known < fit_.random.size(); ++known) replace(known, result);
+/// The labels of a column, unknown ones missing; none if all are known.
+std::optional<data::TextColumn> known_labels(const ColumnLevels& levels, const data::Table& table) {
+  const data::TextColumn labels = table.labels(levels.column);
+  std::vector<bool> is_wanted;
+  for (const std::string& label : labels.levels()) {
+    is_wanted.push_back(is_known(label, levels.labels));
   }
-  /// (N x p) derivatives by the coefficients; empty if no row is marginal.
-  const MatrixXd& gradients() const { return gradients_; }
+  if (std::ranges::find(is_wanted, false) == is_wanted.end()) return std::nullopt;
+  data::TextColumn result;
+  result.reserve(labels.size());
+  for (std::size_t row = 0; row < labels.size(); ++row) {
+    if (labels.is_missing(row) || !is_wanted[labels.code(row)]) {
+      result.append_missing();
+    } else {
+      result.append(labels[row]);
+    }
+  }
+  return result;
+}
 
- private:
-  void replace(std::size_t known, Prediction& result) {
+/// Numbers remain numbers, because the formula may read them, too.
+std::vector<double> where_known(std::vector<double> numbers, const data::TextColumn& labels) {
+  for (std::size_t row = 0; row < numbers.size(); ++row) {
+    if (labels.is_missing(row)) numbers[row] = data::kMissing;
+  }
+  return numbers;
+}
+
+/// The table with missing values for levels of factors that the fit does not have: they have no
+/// coefficient, and the first level is not an estimate of them. None if there are no such levels.
+std::optional<data::Table> without_unknown_levels(const FittedModel& fit,
+                                                  const data::Table& table) {
+  std::optional<data::Table> result;
+  for (const ColumnLevels& levels : fit.levels) {
+    const auto& factors = fit.specification.factors;
+    if (std::ranges::find(factors, levels.column) == factors.end()) continue;
+    std::optional<data::TextColumn> known = known_labels(levels, table);
+    if (!known) continue;
+    if (!result) result = table;
+    if (table.is_numeric(levels.column)) {
+      const auto numbers = table.numbers(levels.column);
+      result->set(levels.column, where_known({numbers.begin(), numbers.end()}, *known));
+    } else {
+      result->set(levels.column, *std::move(known));
+    }
+  }
+  return result;
+}
+
+/// Replaces values by marginal means, for the rows whose sets require them.
+/// \returns (N x p) their derivatives by the coefficients; empty if no row is marginal
+MatrixXd take_marginal(const FittedModel& fit,
+                       const data::Table& table,
+                       const CoefficientSets& sets,
+                       const PredictionOptions& options,
+                       bool with_gradient,
+                       Prediction& result) {
+  MatrixXd gradients;
+  for (std::size_t known = 0; known < fit.random.size(); ++known) {
     std::vector<std::size_t> rows;
     std::vector<Index> set_of_row;
-    for (std::size_t row = 0; row < table_.rows(); ++row) {
-      const Index set = sets_.set_of_row[row];
+    for (std::size_t row = 0; row < table.rows(); ++row) {
+      const Index set = sets.set_of_row[row];
       const auto at = static_cast<std::size_t>(set);
-      if (!sets_.is_marginal[at] || sets_.known[at] != known) continue;
+      if (!sets.is_marginal[at] || sets.known[at] != known) continue;
       rows.push_back(row);
       set_of_row.push_back(set);
     }
-    if (rows.empty()) return;
-    const RowMean mean(fit_.specification, table_.select(rows));
+    if (rows.empty()) continue;
+    const RowMean mean(fit.specification, table.select(rows));
     const MarginalMean found = marginal_mean(mean,
-                                             mean.arguments(sets_.coefficients, set_of_row),
-                                             open_covariance(fit_, known),
-                                             options_.marginal_accuracy,
-                                             with_gradient_);
+                                             mean.arguments(sets.coefficients, set_of_row),
+                                             open_covariance(fit, known),
+                                             options.marginal_accuracy,
+                                             with_gradient);
     result.marginal_difference = std::max(result.marginal_difference, found.difference);
-    if (with_gradient_ && gradients_.size() == 0) {
-      gradients_.setZero(static_cast<Index>(table_.rows()), fit_.estimate.size());
+    if (with_gradient && gradients.size() == 0) {
+      gradients.setZero(static_cast<Index>(table.rows()), fit.estimate.size());
     }
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const auto row = static_cast<Index>(rows[k]);
       result.value[row] = found.value[static_cast<Index>(k)];
-      if (with_gradient_) gradients_.row(row) = found.gradient.row(static_cast<Index>(k));
+      if (with_gradient) gradients.row(row) = found.gradient.row(static_cast<Index>(k));
     }
   }
-
-  const FittedModel& fit_;
-  const data::Table& table_;
-  const CoefficientSets& sets_;
-  const PredictionOptions& options_;
-  bool with_gradient_;
-  MatrixXd gradients_;
-};
+  return gradients;
+}
 
 }  // namespace
 
@@ -98,8 +143,7 @@ Prediction predict(const FittedModel& fit,
   Prediction result{.value = mean.mean(mean.arguments(sets.coefficients, sets.set_of_row)),
                     .is_new_group = sets.is_new_group,
                     .calibrated_from = sets.calibrated_from};
-  MarginalRows marginal(fit, table, sets, options, with_errors);
-  marginal.replace(result);
+  const MatrixXd gradients = take_marginal(fit, table, sets, options, with_errors, result);
   result.residual_sd = residual_sd_if_known(fit, result.value, table);
   result.residual_gap = residual_sd_gaps(fit, table);
   std::vector<Neighbors> neighbors;
@@ -114,7 +158,7 @@ Prediction predict(const FittedModel& fit,
     }
   }
   if (with_errors) {
-    add_errors(fit, table, sets, options, marginal.gradients(), result);
+    add_errors(fit, table, sets, options, gradients, result);
     replace_errors(fit, table, sets, options, neighbors, result);
   }
   for (std::size_t row = 0; row < table.rows(); ++row) {

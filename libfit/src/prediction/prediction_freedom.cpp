@@ -5,17 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/covariance_factor.hpp"
 #include "model/group_labels.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "prediction/coefficient_sets.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 // Groups with a smaller reliability in a direction give no information about it.
 constexpr double kLeastReliability = 1e-6;

@@ -2,11 +2,11 @@
 // Degrees of freedom of the variances of predictions.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "model/small_matrix.hpp"
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
@@ -40,26 +40,26 @@ class Freedom {
 
   /// The parts of f' C f, the variance of a prediction from the coefficients of the population.
   /// \param slope  (p) f, derivatives by the coefficients
-  VarianceParts of_fixed(const Eigen::Ref<const Eigen::VectorXd>& slope, double variance) const;
+  VarianceParts of_fixed(const Eigen::Ref<const VectorXd>& slope, double variance) const;
 
   /// Degrees of freedom of a variance.
   /// \param slope  (p) derivatives of the mean, the direction in which groups are compared
-  double value(const VarianceParts& parts, const Eigen::Ref<const Eigen::VectorXd>& slope) const;
+  double value(const VarianceParts& parts, const Eigen::Ref<const VectorXd>& slope) const;
 
  private:
   /// One term, p coefficients.
   struct Term {
     double freedom = 1.0;
-    Eigen::MatrixXd effects{};  ///< (p x p) Psi among the coefficients
-    Eigen::MatrixXd spread{};   ///< (p x p) of the groups' own curves: Psi and their errors
+    MatrixXd effects{};  ///< (p x p) Psi among the coefficients
+    MatrixXd spread{};   ///< (p x p) of the groups' own curves: Psi and their errors
     /// (p x p) the part of Psi in the coefficients' covariance.
-    Eigen::MatrixXd in_fixed{};
+    MatrixXd in_fixed{};
   };
   static Term term(const FittedModel& fit,
                    const EstimatedEffects& effects,
                    const EffectUncertainty& uncertainty,
                    double freedom);
-  static double reliability(const Term& term, const Eigen::Ref<const Eigen::VectorXd>& slope);
+  static double reliability(const Term& term, const Eigen::Ref<const VectorXd>& slope);
 
   double residual_ = 1.0;
   std::vector<Term> terms_;

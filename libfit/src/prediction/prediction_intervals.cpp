@@ -19,43 +19,40 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 // Rows per block, which limits the memory.
 constexpr std::size_t kChunk = 4096;
+
+/// What the parts of the table share.
+struct Setting {
+  const FittedModel& fit;
+  const CoefficientSets& sets;
+  const PredictionOptions& options;
+  const MatrixXd& marginal_gradients;
+  Freedom freedom;
+  std::optional<StudentQuantiles> t_quantiles{};  ///< if there are intervals
+};
 
 /// Some rows of the table.
 class Chunk {
  public:
-  Chunk(const FittedModel& fit,
+  Chunk(const Setting& all,
         const data::Table& table,
-        const CoefficientSets& sets,
-        const PredictionOptions& options,
-        const MatrixXd& marginal_gradients,
-        const Freedom& freedom,
-        const std::optional<StudentQuantiles>& t_quantiles,
         std::size_t begin,
         std::size_t end,
         Prediction& result)
-      : fit_(fit),
-        sets_(sets),
-        options_(options),
-        marginal_gradients_(marginal_gradients),
+      : all_(all),
         begin_(static_cast<Index>(begin)),
         rows_(static_cast<Index>(end - begin)),
         part_(selected(table, begin, end)),
-        mean_(fit.specification, part_, uncertain_names(options)),
-        freedom_(freedom),
-        t_quantiles_(t_quantiles),
+        mean_(all.fit.specification, part_, uncertain_names(all.options)),
         result_(result) {
-    set_of_row_.assign(sets.set_of_row.begin() + begin_, sets.set_of_row.begin() + begin_ + rows_);
-    arguments_ = mean_.arguments(sets.coefficients, set_of_row_);
+    set_of_row_.assign(all.sets.set_of_row.begin() + begin_,
+                       all.sets.set_of_row.begin() + begin_ + rows_);
+    arguments_ = mean_.arguments(all.sets.coefficients, set_of_row_);
     center_ = mean_.mean(arguments_);
     gradient_ = mean_.gradient(arguments_);
-    residual_sd_ = residual_sd_if_known(fit, center_, part_);
-    for (const UncertainColumn& column : options.uncertain) {
+    residual_sd_ = residual_sd_if_known(all.fit, center_, part_);
+    for (const UncertainColumn& column : all.options.uncertain) {
       if (!uses(column.name)) continue;
       uncertain_.push_back(&column);
     }
@@ -64,8 +61,8 @@ class Chunk {
   void run() {
     const VectorXd known = known_variance();
     store_errors(known, effect_variances());
-    if (!options_.interval) return;
-    if (options_.interval_kind == IntervalKind::kConfidence) {
+    if (!all_.options.interval) return;
+    if (all_.options.interval_kind == IntervalKind::kConfidence) {
       confidence();
     } else {
       prediction();
@@ -84,15 +81,16 @@ class Chunk {
     return names;
   }
   bool uses(const std::string& column) const {
-    const std::vector<std::string> names = fit_.specification.predictors();
+    const std::vector<std::string> names = all_.fit.specification.predictors();
     return std::ranges::find(names, column) != names.end();
   }
   /// Number of terms whose effects are estimated for a row.
   std::size_t known_terms(Index row) const {
-    return sets_.known[static_cast<std::size_t>(set_of_row_[static_cast<std::size_t>(row)])];
+    return all_.sets.known[static_cast<std::size_t>(set_of_row_[static_cast<std::size_t>(row)])];
   }
   bool is_marginal(Index row) const {
-    return sets_.is_marginal[static_cast<std::size_t>(set_of_row_[static_cast<std::size_t>(row)])];
+    return all_.sets
+        .is_marginal[static_cast<std::size_t>(set_of_row_[static_cast<std::size_t>(row)])];
   }
 
   /// (K + U x K + U) covariance of a row's arguments from one of all coefficients, and from the
@@ -121,7 +119,7 @@ class Chunk {
     const ParameterDesign& design = mean_.design();
     const Index p = design.coefficient_count();
     const Index set = set_of_row_[static_cast<std::size_t>(row)];
-    return {sets_.covariances.col(set).data(), p, p};
+    return {all_.sets.covariances.col(set).data(), p, p};
   }
 
   /// (N) variance of the mean from what was estimated.
@@ -130,7 +128,7 @@ class Chunk {
     VectorXd slope;
     for (Index row = 0; row < rows_; ++row) {
       if (is_marginal(row)) {
-        slope = marginal_gradients_.row(begin_ + row);
+        slope = all_.marginal_gradients.row(begin_ + row);
       } else {
         set_coefficient_slope(row, slope);
       }
@@ -141,11 +139,11 @@ class Chunk {
 
   /// (N x terms) variances of the mean over the random effects of each term.
   MatrixXd effect_variances() const {
-    MatrixXd result = MatrixXd::Zero(rows_, std::ssize(fit_.random));
+    MatrixXd result = MatrixXd::Zero(rows_, std::ssize(all_.fit.random));
     VectorXd slope;
-    for (std::size_t t = 0; t < fit_.random.size(); ++t) {
-      const EstimatedEffects& term = fit_.random[t];
-      const MatrixXd covariance = among_coefficients(fit_, term.names, term.covariance);
+    for (std::size_t t = 0; t < all_.fit.random.size(); ++t) {
+      const EstimatedEffects& term = all_.fit.random[t];
+      const MatrixXd covariance = among_coefficients(all_.fit, term.names, term.covariance);
       for (Index row = 0; row < rows_ && !covariance.isZero(0.0); ++row) {
         set_coefficient_slope(row, slope);
         result(row, static_cast<Index>(t)) = variance_along(slope, covariance);
@@ -174,7 +172,7 @@ class Chunk {
   /// \param known    (N) variances of the error of estimates
   /// \param effects  (N x terms) of the mean over the random effects
   void store_errors(const VectorXd& known, const MatrixXd& effects) {
-    const bool is_prediction = options_.interval_kind == IntervalKind::kPrediction;
+    const bool is_prediction = all_.options.interval_kind == IntervalKind::kPrediction;
     VectorXd slope;
     for (Index row = 0; row < rows_; ++row) {
       set_coefficient_slope(row, slope);
@@ -192,7 +190,7 @@ class Chunk {
       result_.mean_error[at] = std::sqrt(known[row]);
       result_.prediction_error[at] = std::sqrt(known[row] + of_open.sum() + of_residual + more);
       result_.degrees_of_freedom[at] =
-          std::isnan(parts.total) ? kNaN : freedom_.value(parts, slope);
+          std::isnan(parts.total) ? kNaN : all_.freedom.value(parts, slope);
     }
   }
 
@@ -217,11 +215,11 @@ class Chunk {
                             double known,
                             const SmallVector& effects) const {
     VarianceParts parts{.total = known, .of_terms = SmallVector::Zero(effects.size())};
-    if (!fit_.has_random_effects()) return parts;
+    if (!all_.fit.has_random_effects()) return parts;
     const auto estimated = static_cast<Index>(known_terms(row));
     if (estimated == 0) {
-      if (!is_marginal(row)) return freedom_.of_fixed(slope, known);
-      return freedom_.of_fixed(VectorXd(marginal_gradients_.row(begin_ + row)), known);
+      if (!is_marginal(row)) return all_.freedom.of_fixed(slope, known);
+      return all_.freedom.of_fixed(VectorXd(all_.marginal_gradients.row(begin_ + row)), known);
     }
     const double whole = effects.head(estimated).sum();
     if (!(whole > 0.0)) return parts;
@@ -231,7 +229,7 @@ class Chunk {
   }
 
   double t_quantile(Index row) const {
-    return t_quantiles_->at(result_.degrees_of_freedom[begin_ + row]);
+    return all_.t_quantiles->at(result_.degrees_of_freedom[begin_ + row]);
   }
 
   /// The mean at the coefficients that are t standard errors away in the direction in which it
@@ -292,7 +290,8 @@ class Chunk {
   /// Limits by quadrature over the errors of the arguments.
   void prediction() {
     std::vector<MatrixXd> open;  // by the number of terms whose effects are estimated
-    for (std::size_t k = 0; k <= fit_.random.size(); ++k) open.push_back(open_covariance(fit_, k));
+    for (std::size_t k = 0; k <= all_.fit.random.size(); ++k)
+      open.push_back(open_covariance(all_.fit, k));
     std::vector<std::size_t> known;
     std::vector<MatrixXd> roots;
     MatrixXd covariance;
@@ -329,11 +328,11 @@ class Chunk {
     }
     if (known.empty()) return;
     const data::Table table = part_.select(known);
-    const std::vector<std::string> uncertain = uncertain_names(options_);
-    const double tail = 0.5 - 0.5 * *options_.interval;
+    const std::vector<std::string> uncertain = uncertain_names(all_.options);
+    const double tail = 0.5 - 0.5 * *all_.options.interval;
     const VectorXd errors = result_.prediction_error.segment(begin_, rows_);
     store_ends(known,
-               value_quantiles({.fit = fit_,
+               value_quantiles({.fit = all_.fit,
                                 .table = table,
                                 .uncertain = uncertain,
                                 .arguments = arguments_(known, Eigen::all),
@@ -347,7 +346,7 @@ class Chunk {
   /// Quantiles of known variances are widened as those of one normal distribution would be.
   void store_ends(const std::vector<std::size_t>& rows, const MatrixXd& quantiles) {
     const boost::math::normal_distribution<double> normal;
-    const double z = boost::math::quantile(normal, 0.5 + 0.5 * *options_.interval);
+    const double z = boost::math::quantile(normal, 0.5 + 0.5 * *all_.options.interval);
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const auto row = static_cast<Index>(rows[k]);
       const double wider = t_quantile(row) / z;
@@ -359,16 +358,11 @@ class Chunk {
     }
   }
 
-  const FittedModel& fit_;
-  const CoefficientSets& sets_;
-  const PredictionOptions& options_;
-  const MatrixXd& marginal_gradients_;
+  const Setting& all_;
   Index begin_;
   Index rows_;
   data::Table part_;
   RowMean mean_;
-  const Freedom& freedom_;
-  const std::optional<StudentQuantiles>& t_quantiles_;  ///< if there are intervals
   Prediction& result_;
   std::vector<Index> set_of_row_;
   std::vector<const UncertainColumn*> uncertain_;
@@ -394,23 +388,16 @@ void add_errors(const FittedModel& fit,
     values.lower.setConstant(n, kNaN);
     values.upper.setConstant(n, kNaN);
   }
-  const Freedom freedom(fit);
-  std::optional<StudentQuantiles> t_quantiles;
-  if (options.interval) t_quantiles.emplace(0.5 + 0.5 * *options.interval);
+  Setting all{.fit = fit,
+              .sets = sets,
+              .options = options,
+              .marginal_gradients = marginal_gradients,
+              .freedom = Freedom(fit)};
+  if (options.interval) all.t_quantiles.emplace(0.5 + 0.5 * *options.interval);
   const std::size_t chunks = (table.rows() + kChunk - 1) / kChunk;
   parallel_for(chunks, options.threads, [&](std::size_t k) {
     const std::size_t end = std::min(table.rows(), (k + 1) * kChunk);
-    Chunk(fit,
-          table,
-          sets,
-          options,
-          marginal_gradients,
-          freedom,
-          t_quantiles,
-          k * kChunk,
-          end,
-          values)
-        .run();
+    Chunk(all, table, k * kChunk, end, values).run();
   });
 }
 

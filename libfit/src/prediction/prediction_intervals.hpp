@@ -2,9 +2,8 @@
 // Standard errors and intervals of predictions.
 #pragma once
 
-#include <Eigen/Core>
-
 #include "prediction/coefficient_sets.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/prediction.hpp"
 
 namespace silvafit::fit {
@@ -17,7 +16,7 @@ void add_errors(const FittedModel& fit,
                 const data::Table& table,
                 const CoefficientSets& sets,
                 const PredictionOptions& options,
-                const Eigen::MatrixXd& marginal_gradients,
+                const MatrixXd& marginal_gradients,
                 Prediction& values);
 
 }  // namespace silvafit::fit

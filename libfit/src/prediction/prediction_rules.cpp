@@ -7,16 +7,12 @@
 #include <utility>
 #include <vector>
 
-#include "model/covariance_factor.hpp"
+#include "model/symmetric_eigen.hpp"
 #include "prediction/smooth_mixture.hpp"
 #include "silvafit/base/random.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 // Points in the main direction if the residual is wide enough to close the gaps between them, and
 // in each other direction.

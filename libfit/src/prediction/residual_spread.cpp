@@ -3,15 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "silvafit/base/constants.hpp"
 #include "silvafit/data/program.hpp"
 #include "variance/variance_kind.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::VectorXd;
 
 /// The column behind a variable of the variance function, which may be `column == "text"`.
 std::string column_of(const std::string& variable) {
@@ -66,7 +64,7 @@ VectorXd residual_sd_if_known(const FittedModel& fit,
       fit.variance.factors,
       [&](const VarianceFactorEstimate& estimate) { return has_columns(estimate.factor, table); });
   if (is_known) return fit.residual_sd(fitted, table);
-  return VectorXd::Constant(fitted.size(), std::numeric_limits<double>::quiet_NaN());
+  return VectorXd::Constant(fitted.size(), kNaN);
 }
 
 bool residual_follows_mean(const FittedModel& fit) {

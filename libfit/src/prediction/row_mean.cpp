@@ -10,10 +10,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 RowMean::RowMean(const ModelSpecification& specification,
                  const data::Table& table,
                  const std::vector<std::string>& uncertain)

@@ -2,12 +2,12 @@
 // The mean function of a model on the rows of a table, for parameters that differ by row.
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <vector>
 
 #include "silvafit/data/program.hpp"
 #include "silvafit/data/table.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/model_specification.hpp"
 #include "silvafit/fit/parameter_design.hpp"
 
@@ -23,31 +23,28 @@ class RowMean {
           const data::Table& table,
           const std::vector<std::string>& uncertain = {});
 
-  Eigen::Index rows() const { return rows_; }
-  Eigen::Index parameter_count() const { return parameters_; }
-  Eigen::Index argument_count() const {
-    return parameters_ + static_cast<Eigen::Index>(uncertain_.size());
-  }
+  Index rows() const { return rows_; }
+  Index parameter_count() const { return parameters_; }
+  Index argument_count() const { return parameters_ + static_cast<Index>(uncertain_.size()); }
   /// How the parameters follow from the coefficients.
   const ParameterDesign& design() const { return design_; }
   /// (N x K + U) parameters by row, and the uncertain columns behind them.
   /// \param coefficients  (p x M)
   /// \param set_of_row    (N) column of coefficients of each row
-  Eigen::MatrixXd arguments(const Eigen::MatrixXd& coefficients,
-                            const std::vector<Eigen::Index>& set_of_row) const;
+  MatrixXd arguments(const MatrixXd& coefficients, const std::vector<Index>& set_of_row) const;
   /// (N) the mean; NaN if a column that it needs is missing.
-  Eigen::VectorXd mean(const Eigen::MatrixXd& arguments) const;
+  VectorXd mean(const MatrixXd& arguments) const;
   /// (N x K + U) its derivatives by the arguments.
-  Eigen::MatrixXd gradient(const Eigen::MatrixXd& arguments) const;
+  MatrixXd gradient(const MatrixXd& arguments) const;
 
  private:
-  Eigen::MatrixXd run(const data::Program& program, const Eigen::MatrixXd& arguments) const;
+  MatrixXd run(const data::Program& program, const MatrixXd& arguments) const;
 
-  Eigen::Index rows_ = 0;
-  Eigen::Index parameters_ = 0;
+  Index rows_ = 0;
+  Index parameters_ = 0;
   ParameterDesign design_;
   std::vector<std::vector<double>> columns_;  ///< predictors of the mean
-  std::vector<Eigen::Index> uncertain_;       ///< numbers of columns_
+  std::vector<Index> uncertain_;              ///< numbers of columns_
   std::vector<bool> is_complete_;
   data::Program mean_;
   data::Program gradient_;

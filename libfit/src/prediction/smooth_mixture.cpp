@@ -7,10 +7,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 // Standard deviation of the part that the components take, and the distance of the points. By
 // Poisson's summation formula the density of u ripples by 2 exp(-2 pi^2 w^2 (1 - w^2) / d^2), one
 // part in 10^5, and its distribution function by d / (2 pi) of that.

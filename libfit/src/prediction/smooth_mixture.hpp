@@ -3,9 +3,8 @@
 // distributions without gaps between them.
 #pragma once
 
-#include <Eigen/Core>
-
 #include "conditional_modes/quadrature_rule.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
@@ -28,9 +27,7 @@ QuadratureRule gapless_rule(const QuadratureRule& others);
 /// \param means       (K) f at the points; become means over the neighborhood of the points
 /// \param deviations  (K) s at the points; become standard deviations of f + s e there
 /// \param stride      others.weights.size()
-void close_gaps(Eigen::Ref<Eigen::VectorXd> means,
-                Eigen::Ref<Eigen::VectorXd> deviations,
-                Eigen::Index stride);
+void close_gaps(Eigen::Ref<VectorXd> means, Eigen::Ref<VectorXd> deviations, Index stride);
 
 /// The product of two rules, of some variables and of others.
 QuadratureRule product_rule(const QuadratureRule& first, const QuadratureRule& others);

@@ -4,8 +4,9 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <numbers>
+
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -70,7 +71,7 @@ double StudentQuantiles::by_polynomial(double freedom) const {
 }
 
 double StudentQuantiles::at(double freedom) const {
-  if (!(freedom > 0.0)) return std::numeric_limits<double>::quiet_NaN();
+  if (!(freedom > 0.0)) return kNaN;
   const bool is_covered = !coefficients_.empty() && freedom >= kLeastFreedom;
   return is_covered ? by_polynomial(freedom) : searched(probability_, freedom);
 }

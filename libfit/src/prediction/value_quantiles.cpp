@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 
 #include "prediction/mixture_quantile.hpp"
@@ -13,13 +12,11 @@
 #include "prediction/residual_spread.hpp"
 #include "prediction/row_mean.hpp"
 #include "prediction/smooth_mixture.hpp"
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 using Rows = std::vector<std::size_t>;
 
 // If the outer of three points change the mean by less, in standard deviations of the prediction,
@@ -101,7 +98,7 @@ class Quadrature {
  public:
   explicit Quadrature(const UnknownValues& all)
       : all_(all), directions_(all.roots.size()), result_(all.roots.size(), 2) {
-    result_.setConstant(std::numeric_limits<double>::quiet_NaN());
+    result_.setConstant(kNaN);
   }
 
   MatrixXd run(double tail) {
@@ -190,7 +187,7 @@ class Quadrature {
         const double change =
             std::abs(here[k] - last_mean[k]) / (kStep * std::min(sd[k], last_sd[k]));
         result[k] = std::max(result[k], change);
-        if (!std::isfinite(change)) result[k] = std::numeric_limits<double>::infinity();
+        if (!std::isfinite(change)) result[k] = kInfinity;
       }
       last_mean = here;
       last_sd = sd;

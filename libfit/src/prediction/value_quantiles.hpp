@@ -2,12 +2,12 @@
 // Quantiles of values whose mean depends on arguments that are not known exactly.
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <vector>
 
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
@@ -17,15 +17,15 @@ struct UnknownValues {
   const FittedModel& fit;
   const data::Table& table;                   ///< N rows
   const std::vector<std::string>& uncertain;  ///< U columns that are not known exactly
-  Eigen::MatrixXd arguments{};                ///< (N x K + U) the center
-  Eigen::VectorXd value{};                    ///< (N) the mean there, finite
-  Eigen::MatrixXd gradient{};                 ///< (N x K + U) of the mean there
-  Eigen::VectorXd error{};               ///< (N) standard deviation of the value, to first order
-  std::vector<Eigen::MatrixXd> roots{};  ///< (N) R with R R' the covariance, by rotated_root()
+  MatrixXd arguments{};                       ///< (N x K + U) the center
+  VectorXd value{};                           ///< (N) the mean there, finite
+  MatrixXd gradient{};                        ///< (N x K + U) of the mean there
+  VectorXd error{};               ///< (N) standard deviation of the value, to first order
+  std::vector<MatrixXd> roots{};  ///< (N) R with R R' the covariance, by rotated_root()
 };
 
 /// (N x 2) the values that are exceeded from below and above with the probability `tail`; NaN where
 /// the mean or s is not finite anywhere.
-Eigen::MatrixXd value_quantiles(const UnknownValues& rows, double tail);
+MatrixXd value_quantiles(const UnknownValues& rows, double tail);
 
 }  // namespace silvafit::fit

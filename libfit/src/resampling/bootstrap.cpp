@@ -21,11 +21,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::VectorXd;
-
-/// In the order of the enumeration.
-
 /// The result of one replicate.
 struct Replicate {
   std::vector<NamedValue> values{};  ///< empty if it failed
@@ -187,13 +182,7 @@ std::vector<Replicate> run(const FittedModel& fit,
   } else {
     cases = std::make_unique<CaseDraw>(fit, table, options.group);
   }
-  FitModelOptions refit = options.refit;
-  refit.method = fit.method;
-  refit.reml = fit.reml;
-  refit.quadrature_points = fit.quadrature_points > 0 ? fit.quadrature_points : 1;
-  refit.effort = SearchEffort::kQuick;
-  refit.threads = 1;
-  refit.trace = nullptr;
+  const FitModelOptions refit = refit_options(fit, options.refit);
   std::atomic<std::size_t> done{0};
   const auto replicate = [&](std::size_t i) {
     Random random(options.seed, i + 1);

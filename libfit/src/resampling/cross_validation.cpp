@@ -10,6 +10,7 @@
 #include <numeric>
 #include <utility>
 
+#include "resampling/resampled_data.hpp"
 #include "result/variance_shares.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
@@ -22,10 +23,6 @@
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 std::string group_column(const FittedModel& fit, const CrossValidationOptions& options) {
   if (!options.group.empty()) return options.group;
@@ -99,11 +96,7 @@ FoldPrediction fold_from(std::string_view bytes) {
 /// \param rows  of one fold, in the order of the table; the model sorts them by its own groups
 VectorXd log_densities(const FittedModel& fit, const data::Table& rows, const Prediction& at) {
   const NonlinearModel model(fit.specification, rows);
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd slopes;
-  model.evaluate(fit.estimate, mean, &slopes, workspace);
-  const VectorXd effects = variance_of_effects(fit, model, slopes);
+  const VectorXd effects = variance_of_effects(fit, model, model.curve_at(fit.estimate).jacobian);
   VectorXd result = VectorXd::Constant(at.value.size(), kNaN);
   for (Index i = 0; i < model.observations(); ++i) {
     const auto row = static_cast<Index>(model.rows()[static_cast<std::size_t>(i)]);
@@ -180,17 +173,6 @@ FoldPrediction predicted(const FittedModel& fit,
   return result;
 }
 
-FitModelOptions refit_options(const FittedModel& fit, const CrossValidationOptions& options) {
-  FitModelOptions refit = options.refit;
-  refit.method = fit.method;
-  refit.reml = fit.reml;
-  if (fit.quadrature_points > 0) refit.quadrature_points = fit.quadrature_points;
-  refit.effort = SearchEffort::kQuick;
-  refit.threads = 1;
-  refit.trace = nullptr;
-  return refit;
-}
-
 /// Statistics of the observations that have a prediction.
 /// \param where  observations without a value here are skipped, too
 FitStatistics statistics_of(const VectorXd& observed,
@@ -202,7 +184,7 @@ FitStatistics statistics_of(const VectorXd& observed,
     if (std::isfinite(predicted[i]) && std::isfinite(where[i])) known.push_back(i);
   }
   count = known.size();
-  if (known.empty()) return {.r2 = kNaN, .mean_error = kNaN, .rmse = kNaN, .mae = kNaN};
+  if (known.empty()) return {};
   return fit_statistics(VectorXd(observed(known)), VectorXd(predicted(known)));
 }
 
@@ -256,7 +238,7 @@ std::vector<FoldPrediction> predicted_folds(const FittedModel& fit,
                                             const std::vector<std::vector<std::size_t>>& left_out,
                                             const std::vector<bool>& is_measured,
                                             const CrossValidationOptions& options) {
-  const FitModelOptions refit = refit_options(fit, options);
+  const FitModelOptions refit = refit_options(fit, options.refit);
   std::atomic<std::size_t> done{0};
   const auto predict_fold = [&](std::size_t k) {
     std::vector<bool> measured;

@@ -6,17 +6,12 @@
 #include <cmath>
 #include <utility>
 
-#include "model/covariance_factor.hpp"
-#include "result/estimated_terms.hpp"
+#include "model/symmetric_eigen.hpp"
 #include "result/group_coefficients.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 MatrixXd drawn_effects(const MatrixXd& root, Index groups, Random& random) {
   MatrixXd normal(root.rows(), groups);
@@ -34,6 +29,16 @@ std::vector<std::size_t> numbers(Index begin, Index end) {
 }
 
 }  // namespace
+
+FitModelOptions refit_options(const FittedModel& fit, FitModelOptions options) {
+  options.method = fit.method;
+  options.reml = fit.reml;
+  if (fit.quadrature_points > 0) options.quadrature_points = fit.quadrature_points;
+  options.effort = SearchEffort::kQuick;
+  options.threads = 1;
+  options.trace = nullptr;
+  return options;
+}
 
 ParametricDraw::ParametricDraw(const FittedModel& fit, const data::Table& table)
     : fit_(fit), model_(fit.specification, table), table_(table.select(model_.rows())) {
@@ -58,9 +63,7 @@ Resampled ParametricDraw::draw(Random& random) const {
     coefficients = fit_.estimate.replicate(1, model_.group_count());
     add_group_effects(model_, model_.random_coefficients(), effects, coefficients);
   }
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  model_.evaluate(coefficients, mean, nullptr, workspace);
+  const VectorXd mean = model_.mean_at(coefficients);
   const VectorXd deviation = fit_.residual_sd(mean, table_);
   VectorXd errors(mean.size());
   for (double& error : errors) error = random.normal();

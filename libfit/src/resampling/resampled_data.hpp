@@ -14,6 +14,9 @@
 
 namespace silvafit::fit {
 
+/// Options of the refits of a fit: one quick search each, by its method.
+FitModelOptions refit_options(const FittedModel& fit, FitModelOptions options);
+
 /// Data, the model of them, and an earlier fit with effects for their groups.
 struct Resampled {
   data::Table table{};
@@ -34,7 +37,7 @@ class ParametricDraw {
   const FittedModel& fit_;
   NonlinearModel model_;
   data::Table table_;                                 ///< the rows of the fit, in the model's order
-  std::vector<Eigen::MatrixXd> roots_;                ///< (q x q) root of Psi of each term
+  std::vector<MatrixXd> roots_;                       ///< (q x q) root of Psi of each term
   std::shared_ptr<const CorrelatedRows> correlated_;  ///< null: independent residuals
   CorrelatedRows::Factors factors_;
 };

@@ -20,21 +20,20 @@ SimulatedResponses simulate_responses(const FittedModel& fit,
   }
   // The draws are in the model's order: group by group.
   SimulatedResponses result{.rows = NonlinearModel(fit.specification, table).rows()};
-  std::vector<Eigen::Index> order(result.rows.size());
-  std::iota(order.begin(), order.end(), Eigen::Index{0});
-  std::ranges::sort(
-      order, {}, [&](Eigen::Index i) { return result.rows[static_cast<std::size_t>(i)]; });
+  std::vector<Index> order(result.rows.size());
+  std::iota(order.begin(), order.end(), Index{0});
+  std::ranges::sort(order, {}, [&](Index i) { return result.rows[static_cast<std::size_t>(i)]; });
   std::ranges::sort(result.rows);
 
   const ParametricDraw parametric(fit, table);
-  const auto count = static_cast<Eigen::Index>(replicates);
-  result.values.resize(static_cast<Eigen::Index>(order.size()), count);
-  for (Eigen::Index r = 0; r < count; ++r) {
+  const auto count = static_cast<Index>(replicates);
+  result.values.resize(static_cast<Index>(order.size()), count);
+  for (Index r = 0; r < count; ++r) {
     Random random(seed, static_cast<std::uint64_t>(r) + 1);
     const Resampled drawn = parametric.draw(random);
     const auto values = drawn.table.numbers(fit.specification.formula.left);
     for (std::size_t i = 0; i < order.size(); ++i) {
-      result.values(static_cast<Eigen::Index>(i), r) = values[static_cast<std::size_t>(order[i])];
+      result.values(static_cast<Index>(i), r) = values[static_cast<std::size_t>(order[i])];
     }
   }
   return result;

@@ -9,15 +9,11 @@
 
 #include "model/group_labels.hpp"
 #include "model/variance_weights.hpp"
-#include "result/estimated_terms.hpp"
 #include "result/group_coefficients.hpp"
 
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 using Kind = VarianceFactor::Kind;
 
 std::optional<VectorXd> coefficients_of(const FittedModel& earlier, const NonlinearModel& model) {
@@ -60,9 +56,7 @@ bool is_like(const FittedModel& earlier, const ModelSpecification& specification
 void start_variance(const FittedModel& earlier, const NonlinearModel& model, MixedEffectsFit& fit) {
   const VarianceModel variance(model.specification().variance, VarianceData::of(model));
   const VectorXd start = variance.start();
-  NonlinearModel::Workspace workspace;
-  VectorXd fitted;
-  model.evaluate(fit.estimate, fitted, nullptr, workspace);
+  const VectorXd fitted = model.mean_at(fit.estimate);
   const double mean_log =
       variance.scale(fitted, start, false).sum_log / static_cast<double>(fitted.size());
   fit.variance = variance.estimate(start);

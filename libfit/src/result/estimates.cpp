@@ -9,10 +9,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 MatrixXd correlation_of(const MatrixXd& covariance) {
   const VectorXd deviations = covariance.diagonal().cwiseSqrt();
   MatrixXd correlation = covariance;
@@ -62,6 +58,24 @@ VectorXd Estimates::p_values() const {
                 : 2.0 * boost::math::cdf(boost::math::complement(distribution, std::abs(value)));
   }
   return p;
+}
+
+void Estimates::set_missing(const ModelSpecification& specification) {
+  coefficient_names = specification.coefficient_names();
+  const auto p = static_cast<Index>(coefficient_names.size());
+  estimate = degrees_of_freedom = VectorXd::Constant(p, kNaN);
+  covariance.setConstant(p, p, kNaN);
+  random.resize(specification.random.size());
+  for (std::size_t k = 0; k < random.size(); ++k) {
+    EstimatedEffects& term = random[k];
+    term.names = specification.random[k].coefficients;
+    const auto q = static_cast<Index>(term.names.size());
+    term.covariance.setConstant(q, q, kNaN);
+    term.effects.setConstant(q, static_cast<Index>(term.labels.size()), kNaN);
+  }
+  variance = VarianceEstimate::missing(specification.variance);
+  sigma = log_likelihood = kNaN;
+  parameter_count = 0;
 }
 
 }  // namespace silvafit::fit

@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "correlation/correlation_structure.hpp"
 #include "model/group_labels.hpp"
 #include "model/small_matrix.hpp"
 #include "result/intervals_json.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/json_reader.hpp"
@@ -20,7 +20,6 @@ namespace silvafit::fit {
 namespace {
 
 using data::JsonReader;
-using Eigen::Index;
 
 /// The meaning of a text of the file; errors in the text get the place of its key.
 template <class Parse>
@@ -96,16 +95,16 @@ void read_fixed(const JsonReader& json, FittedModel& fit) {
 }
 
 /// Matrices of each group, column by column.
-Eigen::MatrixXd read_matrices(const JsonReader& json,
-                              const std::vector<std::string>& labels,
-                              Index height,
-                              Index width) {
+MatrixXd read_matrices(const JsonReader& json,
+                       const std::vector<std::string>& labels,
+                       Index height,
+                       Index width) {
   const LabelNumbers numbers = numbered(labels);
   const auto groups = json.members();
   if (groups.size() != labels.size()) {
     json.fail(fmt::format("must list the {} groups that have an EBLUP", labels.size()));
   }
-  Eigen::MatrixXd result(height * width, static_cast<Index>(labels.size()));
+  MatrixXd result(height * width, static_cast<Index>(labels.size()));
   for (const auto& [label, group] : groups) {
     const auto number = numbers.find(label);
     if (number == numbers.end()) group.fail("has no EBLUP");
@@ -113,7 +112,7 @@ Eigen::MatrixXd read_matrices(const JsonReader& json,
     if (static_cast<Index>(lines.size()) != height) {
       group.fail(fmt::format("must have {} rows", height));
     }
-    Eigen::MatrixXd matrix(height, width);
+    MatrixXd matrix(height, width);
     for (Index i = 0; i < height; ++i) {
       matrix.row(i) = lines[static_cast<std::size_t>(i)].vector(width);
     }
@@ -225,10 +224,10 @@ void read_random(const JsonReader& json, Schema schema, FittedModel& fit) {
 }
 
 /// One value, or one per stratum.
-Eigen::VectorXd read_by_stratum(const JsonReader& json, VarianceFactorEstimate& factor) {
-  if (factor.factor.stratum.empty()) return Eigen::VectorXd::Constant(1, json.number_or_missing());
+VectorXd read_by_stratum(const JsonReader& json, VarianceFactorEstimate& factor) {
+  if (factor.factor.stratum.empty()) return VectorXd::Constant(1, json.number_or_missing());
   const auto members = json.members();
-  Eigen::VectorXd values(static_cast<Index>(members.size()));
+  VectorXd values(static_cast<Index>(members.size()));
   factor.strata.clear();
   for (std::size_t s = 0; s < members.size(); ++s) {
     factor.strata.push_back(members[s].first);
@@ -257,7 +256,7 @@ VarianceFactorEstimate read_variance_factor(const JsonReader& json) {
     result.constant = read_by_stratum(json.at("constant"), result);
     for (Index s = 0; s < std::min(result.constant.size(), result.delta.size()); ++s) {
       const bool is_infinite = std::isnan(result.constant[s]) && std::isfinite(result.delta[s]);
-      if (is_infinite) result.constant[s] = std::numeric_limits<double>::infinity();
+      if (is_infinite) result.constant[s] = kInfinity;
     }
   }
   for (const std::string& held :
@@ -366,7 +365,7 @@ std::vector<LocalOptimum> read_optima(const JsonReader& json,
   for (const JsonReader& item : json.items()) {
     LocalOptimum optimum{
         .origin = item.at("origin").any_text(),
-        .estimate = Eigen::VectorXd(static_cast<Index>(coefficients.size())),
+        .estimate = VectorXd(static_cast<Index>(coefficients.size())),
         .log_likelihood = item.at("log_likelihood").number_or_missing(),
         .marginal_log_likelihood = item.at("marginal_log_likelihood").number_or_missing()};
     const JsonReader fixed = item.at("fixed");
@@ -381,7 +380,7 @@ std::vector<LocalOptimum> read_optima(const JsonReader& json,
 std::vector<ColumnRange> read_ranges(const JsonReader& json) {
   std::vector<ColumnRange> ranges;
   for (const auto& [column, limits] : json.members()) {
-    const Eigen::VectorXd values = limits.vector(2);
+    const VectorXd values = limits.vector(2);
     ranges.push_back({.column = column, .low = values[0], .high = values[1]});
   }
   return ranges;

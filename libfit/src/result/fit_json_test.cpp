@@ -239,6 +239,7 @@ TEST_CASE("a fit that failed is still an object") {
 TEST_CASE("a fit that never began has its coefficients, without values") {
   FittedModel fit(specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {"b ~ 1 + C"}, stand()));
   fit.specification.random = parse_random_effects("a | plot");
+  fit.set_missing(fit.specification);
   fit.convergence.verdict() = "The data do not suit it.";
   const FittedModel read = round_trip(fit);
   CHECK(read.coefficient_names == std::vector<std::string>{"a", "b", "b:C"});

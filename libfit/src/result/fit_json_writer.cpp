@@ -6,6 +6,7 @@
 #include "result/intervals_json.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/json_text.hpp"
+#include "silvafit/base/json_values.hpp"
 #include "silvafit/fit/conditional_errors.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "variance/variance_kind.hpp"
@@ -13,22 +14,17 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
 using nlohmann::ordered_json;
 
 constexpr const char* kSchema = "silvafit-fit/2";
 
-ordered_json number(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
-}
-
-ordered_json list(const Eigen::VectorXd& values) {
+ordered_json list(const VectorXd& values) {
   ordered_json result = ordered_json::array();
-  for (const double value : values) result.push_back(number(value));
+  for (const double value : values) result.push_back(number_or_null(value));
   return result;
 }
 
-ordered_json rows(const Eigen::MatrixXd& matrix) {
+ordered_json rows(const MatrixXd& matrix) {
   ordered_json result = ordered_json::array();
   for (Index i = 0; i < matrix.rows(); ++i) result.push_back(list(matrix.row(i)));
   return result;
@@ -55,11 +51,11 @@ ordered_json optima(const FittedModel& fit) {
   for (const LocalOptimum& optimum : fit.optima) {
     ordered_json fixed = ordered_json::object();
     for (std::size_t j = 0; j < fit.coefficient_names.size(); ++j) {
-      fixed[fit.coefficient_names[j]] = number(optimum.estimate[static_cast<Index>(j)]);
+      fixed[fit.coefficient_names[j]] = number_or_null(optimum.estimate[static_cast<Index>(j)]);
     }
     result.push_back({{"origin", optimum.origin},
-                      {"log_likelihood", number(optimum.log_likelihood)},
-                      {"marginal_log_likelihood", number(optimum.marginal_log_likelihood)},
+                      {"log_likelihood", number_or_null(optimum.log_likelihood)},
+                      {"marginal_log_likelihood", number_or_null(optimum.marginal_log_likelihood)},
                       {"fixed", std::move(fixed)}});
   }
   return result;
@@ -69,9 +65,9 @@ ordered_json evidence(const Convergence& convergence) {
   ordered_json findings = ordered_json::array();
   for (const Evidence& item : convergence.evidence) {
     findings.push_back(
-        {{"kind", word_of(item.kind)}, {"term", item.term}, {"value", number(item.value)}});
+        {{"kind", word_of(item.kind)}, {"term", item.term}, {"value", number_or_null(item.value)}});
   }
-  return {{"gradient", number(convergence.newton_decrement)},
+  return {{"gradient", number_or_null(convergence.newton_decrement)},
           {"iterations", convergence.iterations},
           {"boundary", convergence.boundary()},
           {"rank", convergence.rank},
@@ -79,18 +75,18 @@ ordered_json evidence(const Convergence& convergence) {
 }
 
 ordered_json fixed(const FittedModel& fit) {
-  const Eigen::VectorXd errors = fit.standard_errors();
-  const Eigen::VectorXd t = fit.t_values();
-  const Eigen::VectorXd p = fit.p_values();
+  const VectorXd errors = fit.standard_errors();
+  const VectorXd t = fit.t_values();
+  const VectorXd p = fit.p_values();
   ordered_json result = ordered_json::object();
   for (std::size_t k = 0; k < fit.coefficient_names.size(); ++k) {
     const auto j = static_cast<Index>(k);
     result[fit.coefficient_names[k]] = {
-        {"estimate", number(fit.estimate[j])},
-        {"se", number(errors[j])},
-        {"df", number(j < fit.degrees_of_freedom.size() ? fit.degrees_of_freedom[j] : NAN)},
-        {"t", number(t[j])},
-        {"p", number(p[j])}};
+        {"estimate", number_or_null(fit.estimate[j])},
+        {"se", number_or_null(errors[j])},
+        {"df", number_or_null(j < fit.degrees_of_freedom.size() ? fit.degrees_of_freedom[j] : NAN)},
+        {"t", number_or_null(t[j])},
+        {"p", number_or_null(p[j])}};
   }
   return result;
 }
@@ -101,9 +97,9 @@ ordered_json derived(const FittedModel& fit) {
   for (std::size_t k = 0; k < values.size(); ++k) {
     const DerivedQuantity& quantity = fit.specification.derived[k];
     result[quantity.name] = {{"expression", quantity.value.text()},
-                             {"estimate", number(values[k].estimate)},
-                             {"se", number(values[k].standard_error)},
-                             {"df", number(values[k].degrees_of_freedom)}};
+                             {"estimate", number_or_null(values[k].estimate)},
+                             {"se", number_or_null(values[k].standard_error)},
+                             {"df", number_or_null(values[k].degrees_of_freedom)}};
   }
   return result;
 }
@@ -122,11 +118,11 @@ ordered_json by_label(const std::vector<std::string>& labels, ValueOf value_of) 
 
 ordered_json eblups(const std::vector<std::string>& labels,
                     const std::vector<std::string>& names,
-                    const Eigen::MatrixXd& effects) {
+                    const MatrixXd& effects) {
   return by_label(labels, [&](Index g) {
     ordered_json group = ordered_json::object();
     for (std::size_t k = 0; k < names.size(); ++k) {
-      group[names[k]] = number(effects(static_cast<Index>(k), g));
+      group[names[k]] = number_or_null(effects(static_cast<Index>(k), g));
     }
     return group;
   });
@@ -134,7 +130,7 @@ ordered_json eblups(const std::vector<std::string>& labels,
 
 /// Matrices of each group, stored column by column, by label.
 ordered_json matrices(const std::vector<std::string>& labels,
-                      const Eigen::MatrixXd& values,
+                      const MatrixXd& values,
                       Index rows_each) {
   return by_label(labels, [&](Index g) {
     const auto column = values.col(g);
@@ -178,12 +174,12 @@ ordered_json random(const FittedModel& fit) {
 }
 
 /// Parameters of a factor that has strata, by stratum.
-ordered_json by_stratum(const VarianceFactorEstimate& factor, const Eigen::VectorXd& values) {
+ordered_json by_stratum(const VarianceFactorEstimate& factor, const VectorXd& values) {
   if (values.size() == 0) return nullptr;
-  if (factor.factor.stratum.empty()) return number(values[0]);
+  if (factor.factor.stratum.empty()) return number_or_null(values[0]);
   ordered_json result = ordered_json::object();
   for (std::size_t s = 0; s < factor.strata.size(); ++s) {
-    result[factor.strata[s]] = number(values[static_cast<Index>(s)]);
+    result[factor.strata[s]] = number_or_null(values[static_cast<Index>(s)]);
   }
   return result;
 }
@@ -227,25 +223,18 @@ ordered_json correlation(const FittedModel& fit) {
   const auto& estimate = fit.variance.correlation;
   if (!estimate) return result;
   for (std::size_t k = 0; k < estimate->names.size(); ++k) {
-    values[estimate->names[k]] = number(estimate->values[static_cast<Index>(k)]);
+    values[estimate->names[k]] = number_or_null(estimate->values[static_cast<Index>(k)]);
   }
   if (!estimate->times.empty()) result["times"] = estimate->times;
-  result["unit"] = number(estimate->unit);
+  result["unit"] = number_or_null(estimate->unit);
   result["largest_group"] = estimate->largest;
   return result;
-}
-
-ordered_json statistics(const FitStatistics& values) {
-  return {{"r2", number(values.r2)},
-          {"mean_error", number(values.mean_error)},
-          {"rmse", number(values.rmse)},
-          {"mae", number(values.mae)}};
 }
 
 ordered_json ranges(const FittedModel& fit) {
   ordered_json result = ordered_json::object();
   for (const ColumnRange& range : fit.ranges) {
-    result[range.column] = {number(range.low), number(range.high)};
+    result[range.column] = {number_or_null(range.low), number_or_null(range.high)};
   }
   return result;
 }
@@ -256,39 +245,9 @@ ordered_json levels(const FittedModel& fit) {
   return result;
 }
 
-ordered_json text_or_null(const std::string& text) {
-  return text.empty() ? ordered_json(nullptr) : ordered_json(text);
-}
-
-/// A fit that never began has no sizes: its coefficients are those of the model, with missing
-/// values.
-FittedModel with_sizes(FittedModel fit) {
-  if (fit.estimate.size() > 0) return fit;
-  fit.coefficient_names = fit.specification.coefficient_names();
-  const auto p = static_cast<Index>(fit.coefficient_names.size());
-  fit.estimate.setConstant(p, kNaN);
-  fit.covariance.setConstant(p, p, kNaN);
-  fit.random.resize(fit.specification.random.size());
-  for (std::size_t k = 0; k < fit.random.size(); ++k) {
-    EstimatedEffects& term = fit.random[k];
-    term.names = fit.specification.random[k].coefficients;
-    const auto q = static_cast<Index>(term.names.size());
-    term.covariance.setConstant(q, q, kNaN);
-    term.effects.setConstant(q, static_cast<Index>(term.labels.size()), kNaN);
-  }
-  fit.variance = VarianceEstimate::missing(fit.specification.variance);
-  fit.degrees_of_freedom.setConstant(p, kNaN);
-  fit.sigma = fit.log_likelihood = kNaN;
-  fit.population = fit.conditional = {kNaN, kNaN, kNaN, kNaN};
-  fit.r2_marginal = fit.r2_conditional = kNaN;
-  fit.parameter_count = 0;
-  return fit;
-}
-
 }  // namespace
 
-ordered_json json_of(const FittedModel& model) {
-  const FittedModel fit = with_sizes(model);
+ordered_json json_of(const FittedModel& fit) {
   ordered_json result{
       {"schema", kSchema},
       {"silvafit", SILVAFIT_VERSION},
@@ -309,21 +268,21 @@ ordered_json json_of(const FittedModel& model) {
       {"fixed_covariance", rows(fit.covariance)},
       {"random", random(fit)},
       {"variance", variance(fit.variance)},
-      {"sigma", number(fit.sigma)},
-      {"log_likelihood", number(fit.log_likelihood)},
+      {"sigma", number_or_null(fit.sigma)},
+      {"log_likelihood", number_or_null(fit.log_likelihood)},
       {"k", fit.parameter_count > 0 ? ordered_json(fit.parameter_count) : ordered_json(nullptr)},
-      {"aic", number(fit.aic())},
-      {"aicc", number(fit.aicc())},
-      {"bic", number(fit.bic())},
-      {"bic_groups", number(fit.bic_groups())},
+      {"aic", number_or_null(fit.aic())},
+      {"aicc", number_or_null(fit.aicc())},
+      {"bic", number_or_null(fit.bic())},
+      {"bic_groups", number_or_null(fit.bic_groups())},
       {"statistics",
-       {{"population", statistics(fit.population)},
+       {{"population", statistics_json(fit.population)},
         {"conditional",
-         fit.has_random_effects() ? statistics(fit.conditional) : ordered_json(nullptr)}}},
-      {"r2_marginal", number(fit.r2_marginal)},
-      {"r2_conditional", number(fit.r2_conditional)},
+         fit.has_random_effects() ? statistics_json(fit.conditional) : ordered_json(nullptr)}}},
+      {"r2_marginal", number_or_null(fit.r2_marginal)},
+      {"r2_conditional", number_or_null(fit.r2_conditional)},
       {"ranges", ranges(fit)},
-      {"seconds", number(fit.seconds)}};
+      {"seconds", number_or_null(fit.seconds)}};
   if (fit.specification.correlation) result["correlation"] = correlation(fit);
   if (!fit.levels.empty()) result["levels"] = levels(fit);
   if (!fit.specification.factors.empty()) result["factors"] = fit.specification.factors;

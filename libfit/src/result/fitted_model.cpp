@@ -10,15 +10,11 @@
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
-namespace {
-
-using Eigen::VectorXd;
-
-}  // namespace
-
 bool is_mixed(Method method) {
   return method != Method::kOrdinary && method != Method::kGeneralized;
 }
+
+bool is_marginal(Method method) { return is_mixed(method) && method != Method::kLindstromBates; }
 
 Method default_method(const ModelSpecification& specification) {
   if (!specification.random.empty()) return Method::kLindstromBates;
@@ -41,11 +37,10 @@ VectorXd FittedModel::residual_sd(const Eigen::Ref<const VectorXd>& fitted,
   return sigma * relative_sd(variance, fitted, table);
 }
 
-Eigen::MatrixXd fixed_covariance(const FittedModel& fit) {
-  const Eigen::Index p = fit.estimate.size();
-  Eigen::MatrixXd result =
-      fit.covariance.rows() == p ? fit.covariance : Eigen::MatrixXd::Zero(p, p);
-  for (Eigen::Index j = 0; j < p; ++j) {
+MatrixXd fixed_covariance(const FittedModel& fit) {
+  const Index p = fit.estimate.size();
+  MatrixXd result = fit.covariance.rows() == p ? fit.covariance : MatrixXd::Zero(p, p);
+  for (Index j = 0; j < p; ++j) {
     const bool is_estimated =
         j < fit.degrees_of_freedom.size() && std::isfinite(fit.degrees_of_freedom[j]);
     if (is_estimated || !std::isnan(result(j, j))) continue;

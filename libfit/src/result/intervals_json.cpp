@@ -10,6 +10,7 @@
 
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/json_values.hpp"
 #include "silvafit/fit/fit_json.hpp"
 
 namespace silvafit::fit {
@@ -24,7 +25,7 @@ constexpr std::string_view kUnknown = "unknown";
 
 /// A limit, and a separate key with the meaning of null.
 void add_limit(const std::string& key, double value, ordered_json& target) {
-  target[key] = std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
+  target[key] = number_or_null(value);
   if (!std::isfinite(value)) target[key + "_is"] = std::isinf(value) ? kUnbounded : kUnknown;
 }
 
@@ -34,6 +35,13 @@ double read_limit(const JsonReader& json, const std::string& key, double infinit
 }
 
 }  // namespace
+
+ordered_json statistics_json(const FitStatistics& values) {
+  return {{"r2", number_or_null(values.r2)},
+          {"mean_error", number_or_null(values.mean_error)},
+          {"rmse", number_or_null(values.rmse)},
+          {"mae", number_or_null(values.mae)}};
+}
 
 ordered_json intervals_json(const Intervals& intervals) {
   ordered_json parameters = ordered_json::object();

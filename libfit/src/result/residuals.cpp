@@ -6,7 +6,6 @@
 #include <numeric>
 
 #include "model/correlated_rows.hpp"
-#include "result/estimated_terms.hpp"
 #include "result/group_coefficients.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
@@ -14,10 +13,6 @@
 
 namespace silvafit::fit {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 /// Subtracts from each row of a cluster its expectation given the rows before: the rows of L^-1 e,
 /// without forming the covariance. The effects given the rows so far are normal with mean m and
@@ -121,8 +116,9 @@ LevelResiduals level(const VectorXd& observed, VectorXd fitted, const VectorXd& 
 struct Linearized {
   Linearized(const FittedModel& fit, const data::Table& table) : model(fit.specification, table) {
     effects = coefficient_effects(fit, model);
-    NonlinearModel::Workspace workspace;
-    model.evaluate(effects.colwise() + fit.estimate, conditional, &slopes, workspace);
+    NonlinearModel::Curve at = model.curve_at(effects.colwise() + fit.estimate);
+    conditional = std::move(at.mean);
+    slopes = std::move(at.jacobian);
     deviation = fit.residual_sd(conditional, table.select(model.rows()));
   }
 
@@ -137,9 +133,7 @@ struct Linearized {
 
 Residuals residuals(const FittedModel& fit, const data::Table& table) {
   auto [model, effects, conditional, slopes, deviation] = Linearized(fit, table);
-  NonlinearModel::Workspace workspace;
-  VectorXd population;
-  model.evaluate(fit.estimate, population, nullptr, workspace);
+  VectorXd population = model.mean_at(fit.estimate);
 
   Residuals result{.rows = model.rows(), .group = group_labels(model)};
   result.observed = model.response();

@@ -3,10 +3,6 @@
 
 namespace silvafit::fit {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 VectorXd variance_of_effects(const FittedModel& fit,
                              const NonlinearModel& model,
                              const MatrixXd& slopes) {
@@ -21,10 +17,7 @@ VectorXd variance_of_effects(const FittedModel& fit,
 VarianceShares variance_shares(const FittedModel& fit,
                                const NonlinearModel& model,
                                const VectorXd& residual_sd) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd slopes;
-  model.evaluate(model.extended(fit.estimate), mean, &slopes, workspace);
+  const auto [mean, slopes] = model.curve_at(model.extended(fit.estimate));
   const double rows = static_cast<double>(model.observations());
   const double fixed = (mean.array() - mean.mean()).square().sum() / (rows - 1.0);
   const double random = variance_of_effects(fit, model, slopes).mean();

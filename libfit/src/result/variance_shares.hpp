@@ -23,12 +23,12 @@ struct VarianceShares {
 /// Methods in Ecology and Evolution 5, 944-946.
 VarianceShares variance_shares(const FittedModel& fit,
                                const NonlinearModel& model,
-                               const Eigen::VectorXd& residual_sd);
+                               const VectorXd& residual_sd);
 
 /// (N) Z Psi Z' of each row, summed over the groupings.
 /// \param slopes  (N x p)
-Eigen::VectorXd variance_of_effects(const FittedModel& fit,
-                                    const NonlinearModel& model,
-                                    const Eigen::MatrixXd& slopes);
+VectorXd variance_of_effects(const FittedModel& fit,
+                             const NonlinearModel& model,
+                             const MatrixXd& slopes);
 
 }  // namespace silvafit::fit

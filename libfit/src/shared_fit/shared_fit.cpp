@@ -7,29 +7,39 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
+#include <functional>
 #include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "fit_model/doubts.hpp"
 #include "likelihood/effect_posteriors.hpp"
-#include "likelihood/integration_method.hpp"
+#include "likelihood/shared_clusters.hpp"
 #include "marginal_likelihood/marginal_search.hpp"
 #include "mixed_effects/degrees_of_freedom.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
 #include "model/response_fingerprint.hpp"
 #include "result/group_coefficients.hpp"
-#include "shared_fit/shared_sums.hpp"
+#include "result/variance_shares.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/ranks.hpp"
 #include "silvafit/data/program.hpp"
+#include "silvafit/data/row_sums.hpp"
+#include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/matrices.hpp"
+#include "silvafit/fit/mixed_effects.hpp"
+#include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
+using Eigen::ArrayXd;
 
-Integration shared_integration(Method method) {
-  if (const auto integration = integration_of(method)) return *integration;
+Method marginal_method(Method method) {
+  if (is_marginal(method)) return method;
   throw UsageError(
       fmt::format("groups can be shared for the methods foce, focei, laplace and agq, not for {}; "
                   "use `method=laplace`",
@@ -107,14 +117,173 @@ FitModelOptions by(Method method, FitModelOptions options) {
   return options;
 }
 
+/// A rank's model and the range of its clusters.
+struct SharedModel {
+  const NonlinearModel& model;
+  const SharedClusters& clusters;
+
+  /// Groups of these clusters.
+  Index group_count() const { return model.cluster_begin(clusters.block_begin.back()); }
+};
+
+std::vector<std::vector<double>> numbers_of_ranks(const std::vector<double>& own) {
+  std::string bytes;
+  append_numbers(own.data(), own.size(), bytes);
+  std::vector<std::vector<double>> result;
+  for (const std::string& of_rank : Ranks::of_process().gather(bytes)) {
+    std::string_view rest = of_rank;
+    result.push_back(take_numbers(rest));
+  }
+  return result;
+}
+
+/// A sum over the rows of all ranks, block by block.
+/// \param columns  (N x k) of this rank
+VectorXd sum_of_rows(const SharedModel& shared, const MatrixXd& columns) {
+  const NonlinearModel& model = shared.model;
+  const std::vector<Index>& begin = shared.clusters.block_begin;
+  std::vector<VectorXd> blocks;
+  for (std::size_t b = 0; b + 1 < begin.size(); ++b) {
+    const Index first = model.group_begin(model.cluster_begin(begin[b]));
+    const Index end = model.group_begin(model.cluster_begin(begin[b + 1]));
+    VectorXd& sums = blocks.emplace_back(columns.cols());
+    // Eigen's sums depend on the memory alignment of the rows.
+    for (Index k = 0; k < columns.cols(); ++k) {
+      sums[k] = data::sum(columns.col(k).data() + first, static_cast<std::size_t>(end - first));
+    }
+  }
+  return sum_over_ranks(blocks, columns.cols());
+}
+
+/// Statistics as fit_statistics() computes them, from sums.
+struct ErrorSums {
+  double n = 0.0;
+  double total = 0.0;     ///< squares of the response around its mean
+  double error = 0.0;     ///< sum of the errors
+  double absolute = 0.0;  ///< of their sizes
+  double squares = 0.0;   ///< of their squares
+  double spread = 0.0;    ///< squares around their mean
+
+  FitStatistics statistics() const {
+    const double mean_error = error / n;
+    return {.r2 = total > 0.0 ? 1.0 - squares / total : kNaN,
+            .mean_error = mean_error,
+            .rmse = std::sqrt(mean_error * mean_error + (n > 1.0 ? spread / (n - 1.0) : 0.0)),
+            .mae = absolute / n};
+  }
+};
+
+/// Numbers of this rank, added to those of all others.
+std::vector<double> added_up(const std::vector<double>& own) {
+  std::vector<double> sum(own.size(), 0.0);
+  for (const std::vector<double>& numbers : numbers_of_ranks(own)) {
+    for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += numbers[k];
+  }
+  return sum;
+}
+
+std::uint64_t added_up(std::uint64_t own) {
+  std::uint64_t sum = 0;
+  const std::string_view bytes(reinterpret_cast<const char*>(&own), sizeof own);
+  for (const std::string& of_rank : Ranks::of_process().gather(bytes)) {
+    std::uint64_t one = 0;
+    std::memcpy(&one, of_rank.data(), sizeof one);
+    sum += one;
+  }
+  return sum;
+}
+
+/// Texts of all ranks, in the order of the ranks.
+std::vector<std::string> joined_texts(const std::vector<std::string>& own) {
+  std::string bytes;
+  for (const std::string& text : own) append_text(text, bytes);
+  std::vector<std::string> result;
+  for (const std::string& of_rank : Ranks::of_process().gather(bytes)) {
+    std::string_view rest = of_rank;
+    while (!rest.empty()) result.push_back(take_text(rest));
+  }
+  return result;
+}
+
+/// Columns of all ranks, in the order of the ranks.
+/// \param own  (rows x any)
+MatrixXd joined_columns(const MatrixXd& own) {
+  const Index rows = own.rows();
+  const std::vector<double> values(own.data(), own.data() + own.size());
+  const std::vector<std::vector<double>> all = numbers_of_ranks(values);
+  Index columns = 0;
+  for (const auto& numbers : all) columns += static_cast<Index>(numbers.size()) / rows;
+  MatrixXd result(rows, columns);
+  double* target = result.data();
+  for (const auto& numbers : all) target = std::ranges::copy(numbers, target).out;
+  return result;
+}
+
+/// Sets the statistics of the fit to all observations: R2, errors, shares of the variance.
+/// \param local  the fit with the fitted values of this rank
+void add_shared_statistics(const SharedModel& shared,
+                           const MixedEffectsFit& local,
+                           FittedModel& fit) {
+  const NonlinearModel& model = shared.model;
+  const ArrayXd response = model.response().array();
+  const ArrayXd population = response - local.fitted_population.array();
+  const ArrayXd conditional = response - local.fitted_conditional.array();
+  const auto [mean, slopes] = model.curve_at(model.extended(fit.estimate));
+  MatrixXd columns(model.observations(), 10);
+  columns << ArrayXd::Ones(response.size()), response, population, population.abs(),
+      population.square(), conditional, conditional.abs(), conditional.square(), mean,
+      variance_of_effects(fit, model, slopes);
+  const VectorXd sums = sum_of_rows(shared, columns);
+  const double n = sums[0];
+  MatrixXd around(model.observations(), 5);
+  around << (response - sums[1] / n).square(), (population - sums[2] / n).square(),
+      (conditional - sums[5] / n).square(), (mean.array() - sums[8] / n).square(),
+      local.residual_sd.array().square();
+  const VectorXd squares = sum_of_rows(shared, around);
+  const auto statistics = [&](Index error, double spread) {
+    return ErrorSums{.n = n,
+                     .total = squares[0],
+                     .error = sums[error],
+                     .absolute = sums[error + 1],
+                     .squares = sums[error + 2],
+                     .spread = spread}
+        .statistics();
+  };
+  fit.population = statistics(2, squares[1]);
+  fit.conditional = statistics(5, squares[2]);
+  // As variance_shares().
+  const double fixed = squares[3] / (n - 1.0);
+  const double random = sums[9] / n;
+  const double total = fixed + random + squares[4] / n;
+  fit.r2_marginal = fixed / total;
+  fit.r2_conditional = (fixed + random) / total;
+}
+
+/// The smallest and the largest value of each column that the mean uses.
+std::vector<ColumnRange> shared_ranges(const SharedModel& shared,
+                                       const std::vector<ColumnRange>& of_sample) {
+  std::vector<double> own;
+  for (const ColumnRange& range : of_sample) {
+    const VectorXd values = shared.model.column(range.column);
+    own.insert(own.end(), {values.minCoeff(), values.maxCoeff()});
+  }
+  std::vector<ColumnRange> result = of_sample;
+  for (const std::vector<double>& ends : numbers_of_ranks(own)) {
+    for (std::size_t k = 0; k < result.size(); ++k) {
+      result[k].low = std::min(result[k].low, ends[2 * k]);
+      result[k].high = std::max(result[k].high, ends[2 * k + 1]);
+    }
+  }
+  return result;
+}
+
 class SharedFit {
  public:
   SharedFit(const ModelSpecification& specification,
             SharedData data,
             const FitModelOptions& options)
       : options_(options),
-        method_(options.method.value_or(default_method(specification))),
-        integration_(shared_integration(method_)),
+        method_(marginal_method(options.method.value_or(default_method(specification)))),
         sample_fit_(fit_model(specification, data.sample, by(method_, options)).fit),
         sample_(specification, data.sample, options.threads, options.stop) {
     if (data.own && has_observations(specification, *data.own)) {
@@ -137,9 +306,9 @@ class SharedFit {
     clusters_.typical = variance.typical_values();
     start.random.back().effects =
         MatrixXd::Zero(start.random.back().effects.rows(), model().group_count());
-    const MarginalOptions marginal{.quadrature_points = options_.quadrature_points,
-                                   .trace = options_.trace};
-    MarginalSearch search(model(), integration_, marginal, start.estimate, &clusters_);
+    const MixedEffectsOptions marginal{.quadrature_points = options_.quadrature_points,
+                                       .trace = options_.trace};
+    MarginalSearch search(model(), method_, marginal, start.estimate, &clusters_);
     search.try_fit(start);
     if (!search.has_optimum()) return without_optimum();
     return described(search.result(), search.obstacle(), variance);
@@ -182,7 +351,7 @@ class SharedFit {
     MixedEffectsFit judged = local;
     judged.random.back().effects =
         effects_by_label(labels, effects.effects, sample_.group_labels());
-    const Eigen::VectorXd parameters = variance.parameters(judged.variance);
+    const VectorXd parameters = variance.parameters(judged.variance);
     fill_in_fitted(
         sample_, variance, judged.sigma / variance.sigma_factor(parameters), parameters, judged);
     describe(sample_, judged);
@@ -239,7 +408,6 @@ class SharedFit {
 
   const FitModelOptions& options_;
   Method method_;
-  Integration integration_;
   FittedModel sample_fit_;
   NonlinearModel sample_;
   std::optional<NonlinearModel> own_{};

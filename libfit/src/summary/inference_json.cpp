@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "result/intervals_json.hpp"
 #include "silvafit/base/json_values.hpp"
 
 namespace silvafit::fit {
@@ -22,13 +23,6 @@ ordered_json reasons(const std::vector<CountedReason>& counted) {
     result.push_back({{"reason", one.reason}, {"replicates", one.replicates}});
   }
   return result;
-}
-
-ordered_json statistics_json(const FitStatistics& values) {
-  return {{"r2", number_or_null(values.r2)},
-          {"mean_error", number_or_null(values.mean_error)},
-          {"rmse", number_or_null(values.rmse)},
-          {"mae", number_or_null(values.mae)}};
 }
 
 ordered_json json_of(const ComparedFit& one, const FitNames& names) {

@@ -15,8 +15,6 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-
 /// Below the smallest difference of doubles near 1, p-values are noise.
 std::string p_text(double value) {
   constexpr double kNoise = 2e-16;
@@ -118,9 +116,9 @@ void append_unconverged(std::string& text, const FittedModel& fit) {
 }
 
 void append_fixed_effects(std::string& text, const FittedModel& fit) {
-  const Eigen::VectorXd errors = fit.standard_errors();
-  const Eigen::VectorXd t = fit.t_values();
-  const Eigen::VectorXd p = fit.p_values();
+  const VectorXd errors = fit.standard_errors();
+  const VectorXd t = fit.t_values();
+  const VectorXd p = fit.p_values();
   TextTable table(13, {12, 12, 8, 10, 9});
   table.add({"coefficient", "estimate", "std. error", "df", "Wald t", "p"});
   for (std::size_t k = 0; k < fit.coefficient_names.size(); ++k) {
@@ -156,8 +154,8 @@ void append_random_level(std::string& text,
   const std::vector<std::string>& names = term.names;
   const std::vector<std::size_t> block = blocks_of(random, names.size());
   const bool has_correlation = std::ranges::adjacent_find(block) != block.end();
-  const Eigen::VectorXd deviations = term.sd();
-  const Eigen::MatrixXd correlation = term.correlation();
+  const VectorXd deviations = term.sd();
+  const MatrixXd correlation = term.correlation();
   std::vector<int> widths(names.size(), 8);
   widths.front() = 12;
   TextTable table(13, std::move(widths));
@@ -203,7 +201,7 @@ void append_random_effects(std::string& text, const FittedModel& fit) {
 void append_variance_factor(std::string& text,
                             const VarianceFactorEstimate& estimate,
                             double sigma) {
-  const auto append_values = [&](const char* name, const Eigen::VectorXd& values) {
+  const auto append_values = [&](const char* name, const VectorXd& values) {
     for (Index s = 0; s < values.size(); ++s) {
       const std::string& stratum = estimate.strata[static_cast<std::size_t>(s)];
       append(text,
@@ -269,7 +267,7 @@ constexpr std::size_t kMostGroups = 40;
 
 void append_effects(std::string& text, const std::string& group, const EstimatedEffects& term) {
   if (!term.uncertainty.is_known() || term.labels.size() > kMostGroups) return;
-  const Eigen::MatrixXd errors = conditional_errors(term.uncertainty, term.effects.rows());
+  const MatrixXd errors = conditional_errors(term.uncertainty, term.effects.rows());
   std::vector<std::string> titles{group};
   for (const std::string& name : term.names) {
     titles.push_back(name);

@@ -4,7 +4,6 @@
 // parameter is held, it is kappa^2 + |v|^delta.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "silvafit/base/constants.hpp"
@@ -15,8 +14,6 @@ namespace {
 
 using data::Expression;
 using Eigen::ArrayXd;
-using Eigen::Index;
-using Eigen::VectorXd;
 
 /// Whether the internal constant is an angle, not a root.
 bool is_angle(const VarianceFactor& factor) { return factor.stratum.empty() && !factor.delta; }
@@ -73,7 +70,7 @@ class ConstantPlusPowerVariance : public VarianceKind {
     } else if (!is_angle(internal.factor)) {
       result.constant = internal.constant->array().square();
     } else if (is_without_power(internal, result.delta[0])) {
-      result.constant.setConstant(1, std::numeric_limits<double>::infinity());
+      result.constant.setConstant(1, kInfinity);
     } else {
       const double odds = std::pow(std::tan((*internal.constant)[0]), 2);
       result.constant.setConstant(1, odds * std::pow(internal.typical, result.delta[0]));

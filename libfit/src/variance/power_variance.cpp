@@ -8,8 +8,6 @@ namespace silvafit::fit {
 namespace {
 
 using data::Expression;
-using Eigen::Index;
-using Eigen::VectorXd;
 
 class PowerVariance : public VarianceKind {
  public:

@@ -18,8 +18,6 @@ namespace silvafit::fit {
 namespace {
 
 using Eigen::ArrayXd;
-using Eigen::Index;
-using Eigen::VectorXd;
 
 std::vector<std::string_view> names_of_kinds() {
   std::vector<std::string_view> names;

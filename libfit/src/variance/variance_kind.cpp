@@ -8,8 +8,6 @@
 namespace silvafit::fit {
 
 using data::Expression;
-using Eigen::Index;
-using Eigen::VectorXd;
 
 const std::vector<const VarianceKind*>& variance_kinds() {
   static const std::vector<const VarianceKind*> kinds{&exponential_variance(),

@@ -3,13 +3,14 @@
 // them.
 #pragma once
 
-#include <Eigen/Core>
+#include <algorithm>
 #include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "silvafit/data/expression.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/variance_function.hpp"
 
 namespace silvafit::fit {
@@ -54,11 +55,11 @@ class LogScaleTerms {
 /// units.
 struct InternalFactor {
   const VarianceFactor& factor;
-  double typical = 1.0;           ///< v0
-  const Eigen::VectorXd& values;  ///< (N) v
-  std::optional<Eigen::VectorXd> delta{};
-  std::optional<Eigen::VectorXd> constant{};
-  std::optional<Eigen::VectorXd> log_ratio{};
+  double typical = 1.0;    ///< v0
+  const VectorXd& values;  ///< (N) v
+  std::optional<VectorXd> delta{};
+  std::optional<VectorXd> constant{};
+  std::optional<VectorXd> log_ratio{};
 };
 
 class VarianceKind {
@@ -77,19 +78,17 @@ class VarianceKind {
   virtual bool reads_logarithm() const { return false; }
 
   /// g of one stratum.
-  virtual double value(const VarianceFactorEstimate& estimate,
-                       Eigen::Index stratum,
-                       double v) const = 0;
+  virtual double value(const VarianceFactorEstimate& estimate, Index stratum, double v) const = 0;
   /// The typical |v| of the observations, v0.
-  virtual double typical(const Eigen::VectorXd& values) const;
+  virtual double typical(const VectorXd& values) const;
   /// log g as an expression.
   virtual data::Expression log_scale(LogScaleTerms& terms) const = 0;
   /// Sets the parameters of an estimate whose strata are known.
   virtual void estimate(const InternalFactor& internal, VarianceFactorEstimate& result) const = 0;
   /// The internal numbers of an estimate, one per stratum.
-  virtual Eigen::VectorXd internal(VarianceQuantity kind,
-                                   const VarianceFactorEstimate& estimate,
-                                   double typical) const = 0;
+  virtual VectorXd internal(VarianceQuantity kind,
+                            const VarianceFactorEstimate& estimate,
+                            double typical) const = 0;
   /// The logarithm of g over the internal g, which is about 1 at v0; 0 where is_plain().
   virtual double log_offset(const VarianceFactorEstimate& estimate, double typical) const = 0;
   /// delta over the internal delta.
@@ -106,11 +105,24 @@ const std::vector<const VarianceKind*>& variance_kinds();
 const VarianceKind& kind_of(VarianceFactor::Kind kind);
 inline const VarianceKind& kind_of(const VarianceFactor& factor) { return kind_of(factor.kind); }
 
+/// Whether a factor can be the same for all observations.
+inline bool contains_constant(const VarianceFactor& factor) {
+  const bool has_exponent = kind_of(factor).has_delta() && factor.delta && *factor.delta != 0.0;
+  // The power vanishes beside a large constant.
+  return !has_exponent || (kind_of(factor).has_constant() && !factor.constant);
+}
+
+/// Whether a constant variance is a special case of this function.
+inline bool contains_constant(const VarianceFunction& function) {
+  return std::ranges::all_of(
+      function.factors, [](const VarianceFactor& factor) { return contains_constant(factor); });
+}
+
 /// Between a constant variance and one that grows in proportion.
 inline constexpr double kStartExponent = 0.5;
 
 /// The internal deltas of a factor or the held value of delta, one per stratum.
-Eigen::VectorXd internal_or_held_delta(const InternalFactor& internal, Eigen::Index strata);
+VectorXd internal_or_held_delta(const InternalFactor& internal, Index strata);
 
 /// A text with its variables substituted. A substituted column may have the name of a variable of
 /// the text. Therefore these first get names in parentheses, which no column of a formula has.

@@ -126,7 +126,6 @@ LibraryModel library_model(const JsonReader& model, const std::string& source) {
   }
   fit.variance = fit::VarianceEstimate::missing(fit.specification.variance);
   set_coefficients(model, fit);
-  fit.population = fit.conditional = {.r2 = kNaN, .mean_error = kNaN, .rmse = kNaN, .mae = kNaN};
   if (const auto random = model.find("random")) set_random_effects(*random, fit);
   if (const auto statistics = model.find("statistics")) set_statistics(*statistics, fit);
   fit.method = fit::default_method(fit.specification);

@@ -72,10 +72,7 @@ fit::FitResult failed_fit(const Trial& trial, const std::string& reason) {
   fit::FitResult result{.fit = fit::FittedModel(trial.specification)};
   result.fit.model = trial.model;
   if (trial.options.method) result.fit.method = *trial.options.method;
-  for (const fit::VarianceFactor& factor : trial.specification.variance.factors) {
-    result.fit.variance.factors.push_back({.factor = factor});
-  }
-  result.fit.log_likelihood = std::numeric_limits<double>::quiet_NaN();
+  result.fit.set_missing(trial.specification);
   result.fit.convergence.find({.names = {reason}});
   return result;
 }

@@ -2,19 +2,19 @@
 // Standard errors and intervals of all parameters by refitting to resampled data.
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/enum_words.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
@@ -47,8 +47,8 @@ struct BootstrapOptions {
 };
 
 struct Interval {
-  double low = std::numeric_limits<double>::quiet_NaN();
-  double high = std::numeric_limits<double>::quiet_NaN();
+  double low = kNaN;
+  double high = kNaN;
 };
 
 /// Bootstrap results of one parameter; theta* are its values in the replicates that have one.

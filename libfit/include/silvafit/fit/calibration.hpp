@@ -2,7 +2,6 @@
 // Random effects of the groups of a table from its measured trees, without a refit.
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 #include <string>
 #include <string_view>
@@ -12,6 +11,7 @@
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/effect_uncertainty.hpp"
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

@@ -2,9 +2,8 @@
 // Standard errors of random effects given the data.
 #pragma once
 
-#include <Eigen/Core>
-
 #include "silvafit/fit/effect_uncertainty.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

@@ -3,13 +3,13 @@
 #pragma once
 
 #include <array>
-#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/enum_words.hpp"
 #include "silvafit/fit/finding.hpp"
 
@@ -74,7 +74,7 @@ struct Evidence {
   };
   Kind kind = Kind::kBoundary;
   std::string term{};  ///< "sd(a)", "cor(a, b)", "laplace"
-  double value = std::numeric_limits<double>::quiet_NaN();
+  double value = kNaN;
 };
 constexpr std::array<std::string_view, 17> words_of(Evidence::Kind /*kind*/) {
   return {"boundary",

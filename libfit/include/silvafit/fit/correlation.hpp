@@ -2,10 +2,11 @@
 // Correlation of the residuals of a group: in time, in space, or of its observations in general.
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

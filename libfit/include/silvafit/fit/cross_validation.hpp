@@ -2,7 +2,6 @@
 // Cross-validation: predictions of groups that were not in the fit.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -12,6 +11,7 @@
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/fit_statistics.hpp"
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

@@ -2,12 +2,12 @@
 // Functions of the coefficients of a fit, with standard errors.
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "silvafit/data/expression.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

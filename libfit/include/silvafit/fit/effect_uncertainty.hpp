@@ -2,7 +2,7 @@
 // Uncertainty of random effects given the data.
 #pragma once
 
-#include <Eigen/Core>
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

@@ -2,13 +2,14 @@
 // The estimates of all methods: coefficients, random effects, variances, and their evidence.
 #pragma once
 
-#include <Eigen/Core>
-#include <limits>
 #include <string>
 #include <vector>
 
+#include "silvafit/base/constants.hpp"
 #include "silvafit/fit/convergence.hpp"
 #include "silvafit/fit/effect_uncertainty.hpp"
+#include "silvafit/fit/matrices.hpp"
+#include "silvafit/fit/model_specification.hpp"
 #include "silvafit/fit/variance_function.hpp"
 
 namespace silvafit::fit {
@@ -20,7 +21,7 @@ struct LocalOptimum {
   double log_likelihood = 0.0;  ///< of the method
   /// Of Lindstrom and Bates' method: the likelihood at these estimates by Laplace's method, or by
   /// FOCEI if Laplace's is not valid for all fixed points; else NaN.
-  double marginal_log_likelihood = std::numeric_limits<double>::quiet_NaN();
+  double marginal_log_likelihood = kNaN;
 };
 
 /// The estimated random effects of one term: q coefficients, G groups.
@@ -77,6 +78,10 @@ struct Estimates {
   Eigen::VectorXd t_values() const;
   /// p-value of the two-sided t test of each coefficient against zero.
   Eigen::VectorXd p_values() const;
+
+  /// Gives a fit without a result the coefficients and terms of a specification, with missing
+  /// values. Labels of groups are kept.
+  void set_missing(const ModelSpecification& specification);
 };
 
 }  // namespace silvafit::fit

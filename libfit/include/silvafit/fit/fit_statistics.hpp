@@ -2,16 +2,17 @@
 // Agreement of predictions with observations.
 #pragma once
 
-#include <Eigen/Core>
+#include "silvafit/base/constants.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
 /// With residuals e = y - prediction of n observations.
 struct FitStatistics {
-  double r2 = 0.0;          ///< 1 - sum e^2 / sum (y - mean y)^2; NaN if y is constant
-  double mean_error = 0.0;  ///< E = mean e
-  double rmse = 0.0;        ///< sqrt(E^2 + sum (e - E)^2 / (n - 1))
-  double mae = 0.0;         ///< mean |e|
+  double r2 = kNaN;          ///< 1 - sum e^2 / sum (y - mean y)^2; NaN if y is constant
+  double mean_error = kNaN;  ///< E = mean e
+  double rmse = kNaN;        ///< sqrt(E^2 + sum (e - E)^2 / (n - 1))
+  double mae = kNaN;         ///< mean |e|
 };
 
 /// \param observed, predicted  (N), N >= 1; for N = 1 the standard deviation of the errors is zero

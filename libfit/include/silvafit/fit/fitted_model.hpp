@@ -2,10 +2,8 @@
 // A fit by any method, for output, storage and predictions.
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 #include <functional>
-#include <limits>
 #include <map>
 #include <optional>
 #include <stop_token>
@@ -14,31 +12,18 @@
 #include <utility>
 #include <vector>
 
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/enum_words.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/estimates.hpp"
 #include "silvafit/fit/fit_statistics.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 #include "silvafit/fit/model_specification.hpp"
 #include "silvafit/fit/parameter_intervals.hpp"
 
 namespace silvafit::fit {
 
-/// The method of a fit.
-enum class Method {
-  kOrdinary,        ///< ordinary least squares, "ols"
-  kGeneralized,     ///< with a variance function, without random effects, "gnls"
-  kLindstromBates,  ///< mixed effects by Lindstrom and Bates' alternation, as R nlme: "lb"
-  kFirstOrder,      ///< marginal likelihood, first order without interaction: "foce"
-  kInteraction,     ///< the same with interaction: "focei"
-  kLaplace,         ///< marginal likelihood by Laplace's method: "laplace"
-  kQuadrature,      ///< marginal likelihood by adaptive Gauss-Hermite quadrature: "agq"
-};
-/// Whether a method estimates random effects.
-bool is_mixed(Method method);
-constexpr std::array<std::string_view, 7> words_of(Method /*method*/) {
-  return {"ols", "gnls", "lb", "foce", "focei", "laplace", "agq"};
-}
 /// The default method of a specification: lb with random effects, else gnls with a variance
 /// function or correlated residuals, else ols.
 Method default_method(const ModelSpecification& specification);
@@ -77,8 +62,8 @@ struct FittedModel : Estimates {
   FitStatistics conditional{};  ///< of f(beta + b); only with random effects
   /// Shares of the variance that fixed, and fixed and random effects explain (Nakagawa and
   /// Schielzeth 2013, Johnson 2014; docs/mixed-effects.md); NaN without random effects.
-  double r2_marginal = std::numeric_limits<double>::quiet_NaN();
-  double r2_conditional = std::numeric_limits<double>::quiet_NaN();
+  double r2_marginal = kNaN;
+  double r2_conditional = kNaN;
   std::optional<Intervals> intervals{};  ///< if requested: confidence_intervals()
   double seconds = 0.0;
 
@@ -105,8 +90,8 @@ struct FitResult {
 
 /// The bounds of a coefficient, inclusive; see docs/fit-command.md.
 struct Bounds {
-  double low = -std::numeric_limits<double>::infinity();
-  double high = std::numeric_limits<double>::infinity();
+  double low = -kInfinity;
+  double high = kInfinity;
 };
 
 struct FitModelOptions {

@@ -2,12 +2,12 @@
 // Nonlinear least squares without start values from the user.
 #pragma once
 
-#include <Eigen/Core>
 #include <map>
 #include <string>
 #include <vector>
 
 #include "silvafit/fit/estimates.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {

@@ -2,15 +2,36 @@
 // Nonlinear mixed-effects models, and generalized least squares as the case without random effects.
 #pragma once
 
-#include <Eigen/Core>
+#include <array>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "silvafit/base/enum_words.hpp"
 #include "silvafit/fit/estimates.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
+
+/// The method of a fit.
+enum class Method {
+  kOrdinary,        ///< ordinary least squares, "ols"
+  kGeneralized,     ///< with a variance function, without random effects, "gnls"
+  kLindstromBates,  ///< mixed effects by Lindstrom and Bates' alternation, as R nlme: "lb"
+  kFirstOrder,      ///< marginal likelihood, first order without interaction: "foce"
+  kInteraction,     ///< the same with interaction: "focei"
+  kLaplace,         ///< marginal likelihood by Laplace's method: "laplace"
+  kQuadrature,      ///< marginal likelihood by adaptive Gauss-Hermite quadrature: "agq"
+};
+/// Whether a method estimates random effects.
+bool is_mixed(Method method);
+/// Whether a method maximizes a marginal likelihood, with the random effects integrated out.
+bool is_marginal(Method method);
+constexpr std::array<std::string_view, 7> words_of(Method /*method*/) {
+  return {"ols", "gnls", "lb", "foce", "focei", "laplace", "agq"};
+}
 
 /// The extent of a search for the highest maximum.
 enum class SearchEffort {
@@ -26,14 +47,15 @@ enum class SearchEffort {
 struct MixedEffectsOptions {
   /// (p) further start values; the result is the fit with the highest likelihood.
   std::vector<Eigen::VectorXd> starts{};
-  int maximum_iterations = 200;  ///< alternations of the two steps
-  /// Restricted maximum likelihood instead of maximum likelihood: of the model that is linear
-  /// around the estimates (R nlme's REML).
+  int maximum_iterations = 200;  ///< of Lindstrom and Bates' method: alternations of the two steps
+  /// Restricted maximum likelihood instead of maximum likelihood, by Lindstrom and Bates' method:
+  /// of the model that is linear around the estimates (R nlme's REML).
   bool reml = false;
   /// Whether there is only one run from a start, even if it does not converge, instead of runs with
   /// other variance components.
   bool is_brief = false;
-  /// Called with one line for each iteration, if given.
+  int quadrature_points = 7;  ///< per random effect
+  /// Called with one line for each iteration or value of a marginal likelihood, if given.
   std::function<void(const std::string&)> trace{};
 };
 
@@ -46,35 +68,20 @@ struct MixedEffectsFit : Estimates {
   Eigen::Index floored_variances = 0;
 };
 
-/// The method of integrating the random effects out of the likelihood.
-enum class Integration {
-  kFirstOrder,   ///< FOCE: first order around the modes, residual variance at b = 0
-  kInteraction,  ///< FOCEI: the same with the residual variance at the modes
-  kLaplace,      ///< Laplace's method with all second derivatives
-  kQuadrature,   ///< adaptive Gauss-Hermite quadrature
-};
-
-struct MarginalOptions {
-  /// (p) further start values, as in MixedEffectsOptions.
-  std::vector<Eigen::VectorXd> starts{};
-  int quadrature_points = 7;  ///< per random effect
-  /// Called with one line for each value of the likelihood, if given.
-  std::function<void(const std::string&)> trace{};
-};
-
 /// Fits by maximum marginal likelihood.
 ///
 /// Starts from a fit by Lindstrom and Bates' method, converged or not, and maximizes the likelihood
 /// with its exact gradient until the Newton decrement vanishes. Standard errors are those of the
 /// observed information. A failed fit is a result with converged = false and a message.
-/// \param start  (p) start values: the pooled least-squares fit
+/// \param start   (p) start values: the pooled least-squares fit
+/// \param method  foce, focei, laplace or agq
 /// \throws UsageError without random effects, or if there are too many for quadrature, which takes
 ///   at most 3, of one grouping, and 20,000 points over them
 /// Source: docs/marginal-likelihood.md.
 MixedEffectsFit fit_marginal(const NonlinearModel& model,
                              const Eigen::VectorXd& start,
-                             Integration integration,
-                             const MarginalOptions& options = {});
+                             Method method,
+                             const MixedEffectsOptions& options = {});
 
 /// Fits by the method of Lindstrom and Bates, with one grouping or two nested ones: R nlme's
 /// objective, by maximum or restricted maximum likelihood.

@@ -2,7 +2,6 @@
 // A model with data: complete rows, sorted by group, and the mean with its derivatives.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -17,6 +16,7 @@
 #include "silvafit/base/stop.hpp"
 #include "silvafit/data/program.hpp"
 #include "silvafit/data/table.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/model_specification.hpp"
 #include "silvafit/fit/parameter_design.hpp"
 
@@ -144,6 +144,13 @@ class NonlinearModel {
                 Eigen::VectorXd& mean,
                 Eigen::MatrixXd* jacobian,
                 Workspace& workspace) const;
+  /// The same for a single call.
+  Eigen::VectorXd mean_at(const Eigen::Ref<const Eigen::MatrixXd>& coefficients) const;
+  struct Curve {
+    Eigen::VectorXd mean{};
+    Eigen::MatrixXd jacobian{};
+  };
+  Curve curve_at(const Eigen::Ref<const Eigen::MatrixXd>& coefficients) const;
 
   /// True if the second derivative of f by the coefficients (i, j) is zero for all data: a
   /// coefficient with (j, j) zero enters linearly, and two such enter jointly linearly if (i, j) is

@@ -2,10 +2,10 @@
 // The parameters of a mean function by row, as they follow from coefficients.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "silvafit/data/table.hpp"
+#include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/model_specification.hpp"
 
 namespace silvafit::fit {

@@ -2,7 +2,6 @@
 // Predictions of a fitted model for new data.
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 #include <optional>
 #include <string>
@@ -13,6 +12,7 @@
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/calibration.hpp"
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 

@@ -2,7 +2,6 @@
 // Variance functions: the residual standard deviation by the fitted value or by columns.
 #pragma once
 
-#include <Eigen/Core>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -10,6 +9,7 @@
 
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/correlation.hpp"
+#include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
