@@ -225,7 +225,13 @@ def check_projected(shapes: Any) -> None:
     """Positions are meters. Files without a reference system are often read as degrees, which reach to 180."""
     from ._errors import UsageError
 
-    if shapes.crs is None or not shapes.crs.is_geographic or shapes.empty:
+    if shapes.crs is None or shapes.empty:
+        return
+    if not shapes.crs.is_geographic:
+        unit = shapes.crs.axis_info[0]
+        if unit.unit_conversion_factor != 1.0:
+            raise UsageError(f"the coordinates are in the unit {unit.unit_name}, but meters are needed; transform them first, for "
+                             "example by trees.to_crs(trees.estimate_utm_crs())", column="geometry")
         return
     west, south, east, north = shapes.total_bounds
     if max(abs(west), abs(east)) <= 180.0 and max(abs(south), abs(north)) <= 90.0:

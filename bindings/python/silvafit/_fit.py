@@ -80,6 +80,10 @@ def fit(formula: str, data: Any, *, parameters: Parameters = None, threads: int 
     >>> import silvafit as sf
     >>> fit = sf.fit("h ~ 1.3 + a*(1 - exp(-b*dbh))", trees, random="a + b | plot")  # doctest: +SKIP
     """
+    # What this function itself passes on.
+    for name in ("model", "columns", "factors", "catalogue"):
+        if name in settings:
+            raise UsageError(f"unknown argument '{name}'", column=name)
     arguments = {"formula": formula, "parameters": parameters, "threads": threads,
                  **{name: dict(value) if isinstance(value, (Mapping, pd.Series)) else value for name, value in settings.items()}}
     for name, is_optional in (("formula", False), ("random", True), ("variance", True), ("correlation", True)):

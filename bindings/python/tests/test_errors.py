@@ -114,3 +114,9 @@ def test_a_boundary_fit_warns_and_a_sound_one_does_not(stands):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         sf.fit(FORMULA, stands, random="a | plot")
+
+
+@pytest.mark.parametrize("name", ["model", "columns", "factors", "catalogue"])
+def test_what_fit_passes_on_is_no_argument(stands, name):
+    with pytest.raises(sf.UsageError, match=f"unknown argument '{name}'"):
+        sf.fit("h ~ a + b*dbh", stands, **{name: "M8"})

@@ -127,6 +127,8 @@ def test_points_of_geopandas_have_positions(small):
     assert sf.structural_units(points)["C"].equals(sf.structural_units(small)["C"])
     with pytest.raises(sf.UsageError, match="to_crs"):
         sf.structural_units(points.to_crs(4326))
+    with pytest.raises(sf.UsageError, match="US survey foot"):
+        sf.structural_units(points.set_crs(2263, allow_override=True))
 
 
 def test_stand_tables(program, small, small_file):
