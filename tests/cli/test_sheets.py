@@ -225,11 +225,11 @@ class Sheets(ProgramTest):
 
     def test_records_tell_what_was_recognized(self):
         self.run_program("study", "german.csv", "--out", "study", "--minimum-trees", "30", "--responses", "h",
-                         "--buffer", "0", "--missing", "-88", "--dead", "neighbors")
+                         "--buffer", "0", "--missing", "-88")
         run = json.loads((self.folder / "study" / "run.json").read_text(encoding="utf-8"))
         self.assertIn("dbh from `BHD [mm]`/10", run["recognized"][0])
         self.assertEqual(run["options"]["missing"], ["-88"])
-        self.assertEqual(run["options"]["dead"], "neighbors")
+        self.assertEqual(run["options"]["minimum_trees"], 30)
         result = self.run_json("indices", "german.csv")
         self.assertEqual(result["recognized"], run["recognized"])
         library = str(self.folder / "study" / "library.json")
