@@ -107,10 +107,6 @@ class MixedRegressor(RegressorMixin, BaseEstimator):
         """
         table, y = self._training_data(X, y)
         formula = self._formula(table)
-        left = formula.partition("~")[0].strip().strip("`")
-        if "~" in formula and left != response_name(formula):
-            raise UsageError(f"the left side is y, not {left}; for a function of y use sklearn.compose.TransformedTargetRegressor",
-                             column="formula")
         table = self._with_groups(table.drop(columns=[self.measured] if self.measured else []), groups)
         table[response_name(formula)] = y
         self.fit_ = _fit(

@@ -126,9 +126,3 @@ def test_new_groups_are_calibrated_from_their_measured_trees(stands):
     assert (cross_val_score(model, X, y, groups=plots, cv=folds) > cross_val_score(plain, X, y, groups=plots, cv=folds)).all()
     with pytest.raises(sf.UsageError, match="measured='h_measured'"):
         MixedRegressor(FORMULA, random="a | plot", level="calibrated").fit(X, y).predict(X)
-
-
-def test_a_function_of_the_response_is_refused(stands):
-    for left in ("log(h)", "h - 1.3"):
-        with pytest.raises(sf.UsageError, match="TransformedTargetRegressor"):
-            MixedRegressor(f"{left} ~ a + b*log(dbh)").fit(stands[["dbh"]], stands["h"])
