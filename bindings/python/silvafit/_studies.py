@@ -34,6 +34,8 @@ def _run(
     """An analysis of trees, their frame, and the notes."""
     source, frame = source_of(trees)
     index = None if frame is None else frame.rows
+    if getattr(trees, "crs", None) and getattr(window, "crs", None) and trees.crs != window.crs:
+        raise UsageError("trees and window have different coordinate reference systems; use window.to_crs(trees.crs)", column="window")
     settings = {**settings, **window_arguments(window)}
     if settings.get("plots") is not None and not isinstance(settings["plots"], (str, os.PathLike)):
         further["plots"] = source_of(settings.pop("plots"))[0]

@@ -129,6 +129,11 @@ def test_points_of_geopandas_have_positions(small):
         sf.structural_units(points.to_crs(4326))
     with pytest.raises(sf.UsageError, match="US survey foot"):
         sf.structural_units(points.set_crs(2263, allow_override=True))
+    window = geopandas.GeoSeries([points.unary_union.convex_hull], crs=32650)
+    # The hull is the area by default, too.
+    assert sf.structural_units(points, window, per="stand")["C"].equals(sf.structural_units(points, per="stand")["C"])
+    with pytest.raises(sf.UsageError, match="different coordinate reference systems"):
+        sf.structural_units(points, window.set_crs(32651, allow_override=True), per="stand")
 
 
 def test_stand_tables(program, small, small_file):

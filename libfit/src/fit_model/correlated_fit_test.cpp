@@ -91,6 +91,18 @@ std::string message_of(const std::function<void()>& call) {
 
 }  // namespace
 
+TEST_CASE("A nugget never makes a fit worse") {
+  // Without one in the data, the likelihood is flat towards a nugget of 0.
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    const data::Table table = simulated_trees(10, 8, 8.0, 0.0, seed);
+    const fit::FittedModel without = correlated_fit(table, "exponential(x, y)").fit;
+    const fit::FittedModel with = correlated_fit(table, "exponential(x, y; nugget)").fit;
+    CAPTURE(seed);
+    // Two searches of one maximum end within this.
+    CHECK(with.log_likelihood > without.log_likelihood - 1e-3);
+  }
+}
+
 TEST_CASE("The range of a simulated correlation of positions in 100 plots is recovered") {
   const data::Table table = simulated_trees(100, 20, 6.0, 0.0, 5);
   const fit::FittedModel fit = correlated_fit(table, "exponential(x, y)").fit;

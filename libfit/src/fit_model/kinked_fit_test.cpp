@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Fits of formulas with kinks, which data often put exactly at an observation. Each table has 40
-// observations of a plateau from x = 11 on, in 8 groups in turn. Expected values: maxima of the
-// profile over m of lm() and lmer(REML = FALSE) in R, from all values of x and a grid between them.
+// observations of a plateau from x = 11 on, in 8 groups in turn. bench/r/reference_kinks.R drew
+// them and made the expected values, maxima of the profile over m of lm() and lmer(REML = FALSE).
 #include <Eigen/QR>
 #include <algorithm>
 #include <array>

@@ -268,6 +268,7 @@ bool LindstromBates::has_unbounded_range(const LindstromBatesState& state) const
 std::vector<LindstromBatesState> LindstromBates::with_correlations(
     const LindstromBatesState& state) {
   if (variance_.correlated() == nullptr) return {state};
+  // A likelihood by distance has few maxima: at a short range, at a long one, and between.
   constexpr std::size_t kMost = 3;
   constexpr double kApart = 1.3;  // a factor of four in a range
   struct Start {

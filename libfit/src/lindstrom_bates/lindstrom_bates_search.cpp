@@ -125,7 +125,7 @@ class Search {
   LindstromBates& engine_;
   double least_;
   LindstromBatesOutcome best_;
-  double unbounded_ = -std::numeric_limits<double>::infinity();
+  double unbounded_ = -kInfinity;
 };
 
 bool is_held(const VarianceFactor& factor) {
@@ -254,7 +254,9 @@ LindstromBatesSearch search_lindstrom_bates(const NonlinearModel& model,
                   [&](const VectorXd& other) { return has_same_curve(model, start, other); });
   for (const VectorXd& other : others) {
     LindstromBatesSearch found = climb_lindstrom_bates(model, other, options, persistence);
+    const double unbounded = std::max(best.unbounded, found.unbounded);
     if (is_better(found.outcome, best.outcome)) best = std::move(found);
+    best.unbounded = unbounded;
   }
   return best;
 }

@@ -2,12 +2,12 @@
 // Selection of the fit from several runs of the Lindstrom-Bates alternation.
 #pragma once
 
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include "lindstrom_bates/lindstrom_bates.hpp"
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
 
@@ -26,7 +26,7 @@ struct LindstromBatesSearch {
   LindstromBatesWork work{};  ///< of all runs
   /// The highest log-likelihood with a correlation whose range grows without bound, if one ended
   /// so.
-  double unbounded = -std::numeric_limits<double>::infinity();
+  double unbounded = -kInfinity;
 };
 LindstromBatesSearch climb_lindstrom_bates(const NonlinearModel& model,
                                            const VectorXd& start,

@@ -415,9 +415,8 @@ void refuse_column_pi(std::string_view text, const data::Table& table) {
   std::match_results<std::string_view::const_iterator> found;
   if (!table.has("pi") || !std::regex_search(text.begin(), text.end(), found, word)) return;
   throw FormulaError(
-      "pi is 3.14159... here, but a column has this name; write it in backquotes for the column, "
-      "or "
-      "rename the column",
+      "pi is 3.14159... here, but a column has this name; write the column in backquotes, or "
+      "rename it",
       text,
       static_cast<std::size_t>(found.position(1)) + 1);
 }
