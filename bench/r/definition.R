@@ -4,6 +4,8 @@
 #
 #   y_i = f(beta + effects; x_i) + e_i,   b ~ N(0, Psi),   e_i ~ N(0, (sigma g_i)^2)
 #
+# or with correlated residuals within the finest groups, e ~ N(0, sigma^2 G R G).
+#
 # A `problem` holds a top group's rows as a piece of its own; pieces are independent.
 
 # Variance functions: log g and its first two derivatives by the mean, with nlme's g. `piece$data` has the columns.
@@ -38,6 +40,28 @@ product_of <- function(one, take_one, other, take_other) function(mu, par, piece
   x <- one(mu, par[take_one], piece)
   y <- other(mu, par[take_other], piece)
   list(log = x$log + y$log, d1 = x$d1 + y$d1, d2 = x$d2 + y$d2)
+}
+
+# Correlations: a matrix of a piece's rows from parameters; rows of different finest groups are independent.
+within <- function(of, groups) of * outer(groups, groups, "==")
+car1_of <- function(column, group) function(par, piece) {
+  within(par^abs(outer(piece$data[[column]], piece$data[[column]], "-")), as.character(piece$data[[group]]))
+}
+exponential_of_distance <- function(column, group) function(par, piece) {
+  within(exp(-abs(outer(piece$data[[column]], piece$data[[column]], "-")) / par), as.character(piece$data[[group]]))
+}
+exponential_nugget_of <- function(column, group) function(par, piece) {  # par: range, nugget
+  distance <- abs(outer(piece$data[[column]], piece$data[[column]], "-"))
+  R <- (1 - par[2]) * exp(-distance / par[1])
+  diag(R) <- 1
+  within(R, as.character(piece$data[[group]]))
+}
+# `take_variance`, `take_correlation`: which of the parameters are whose.
+with_correlation <- function(problem, correlation, take_variance, take_correlation) {
+  variance <- problem$variance
+  problem$variance <- function(mu, par, piece) variance(mu, par[take_variance], piece)
+  problem$correlation <- function(par, piece) correlation(par[take_correlation], piece)
+  problem
 }
 
 # mean: from deriv(..., hessian = TRUE) with function.arg c(coefficients, columns)
@@ -92,8 +116,26 @@ piece_mean <- function(problem, piece, beta, b) {
   list(mu = as.vector(value), gradient = gradient, hessian = attr(value, "hessian"), Z = Z)
 }
 
+# -log density of a piece's observations given the effects, and its derivatives by their means: the second ones as
+# a matrix if they are correlated. Expected ones by Mardia and Marshall (1984).
+correlated_terms <- function(problem, piece, mu, sigma, par) {
+  g <- problem$variance(mu, par, piece)
+  s <- sigma * exp(g$log)
+  R <- problem$correlation(par, piece)
+  inverse <- solve(R)
+  e <- (piece$y - mu) / s
+  a <- as.vector(inverse %*% e)
+  e1 <- -1 / s - e * g$d1
+  e2 <- 2 * g$d1 / s - e * g$d2 + e * g$d1^2
+  list(value = sum(log(s)) + sum(log(diag(chol(R)))) + sum(e * a) / 2,
+       d1 = g$d1 + a * e1,
+       d2 = diag(g$d2 + a * e2, length(s)) + outer(e1, e1) * inverse,
+       expected_d2 = outer(1 / s, 1 / s) * inverse + outer(g$d1, g$d1) * (diag(length(s)) + inverse * R))
+}
+
 # Derivatives of -log density of one observation by its mean.
 residual_terms <- function(problem, piece, mu, sigma, par) {
+  if (!is.null(problem$correlation)) return(correlated_terms(problem, piece, mu, sigma, par))
   g <- problem$variance(mu, par, piece)
   r <- piece$y - mu
   tau <- exp(-2 * g$log) / sigma^2
@@ -103,8 +145,11 @@ residual_terms <- function(problem, piece, mu, sigma, par) {
        expected_d2 = tau + 2 * g$d1^2)
 }
 
+# A matrix, or the diagonal of one, times a matrix.
+times <- function(second, of) if (is.matrix(second)) second %*% of else second * of
+
 curvature <- function(problem, piece, mean, first, second) {
-  K <- t(mean$Z) %*% (second * mean$Z)
+  K <- t(mean$Z) %*% times(second, mean$Z)
   if (is.null(first)) return(K)
   for (s in problem$coefficients) {
     for (t in problem$coefficients) {
@@ -146,11 +191,12 @@ piece_mode <- function(problem, piece, beta, L, sigma, par, frozen = NULL, v = r
   if (!is.null(frozen)) {
     value <- function(v) {
       mean <- piece_mean(problem, piece, beta, as.vector(L %*% v))
-      sum((piece$y - mean$mu)^2 * frozen) / 2 + sum(v^2) / 2
+      r <- piece$y - mean$mu
+      sum(r * times(frozen, r)) / 2 + sum(v^2) / 2
     }
     derivatives <- function(v) {
       mean <- piece_mean(problem, piece, beta, as.vector(L %*% v))
-      first <- -(piece$y - mean$mu) * frozen
+      first <- -as.vector(times(frozen, piece$y - mean$mu))
       list(g = as.vector(t(L) %*% (t(mean$Z) %*% first)) + v,
            H = diag(piece$width) + t(L) %*% curvature(problem, piece, mean, first, frozen) %*% L)
     }
@@ -178,10 +224,17 @@ piece_objective <- function(problem, piece, method, beta, L, sigma, par) {
     at_zero <- piece_mean(problem, piece, beta, rep(0, piece$width))$mu
     log_g <- problem$variance(at_zero, par, piece)$log
     tau <- exp(-2 * log_g) / sigma^2
+    half_log_R <- 0
+    if (!is.null(problem$correlation)) {
+      R <- problem$correlation(par, piece)
+      tau <- outer(sqrt(tau), sqrt(tau)) * solve(R)
+      half_log_R <- half_log_determinant(R)
+    }
     v <- piece_mode(problem, piece, beta, L, sigma, par, frozen = tau)
     mean <- piece_mean(problem, piece, beta, as.vector(L %*% v))
     H <- diag(piece$width) + t(L) %*% curvature(problem, piece, mean, NULL, tau) %*% L
-    return(sum(log(sigma) + log_g + (piece$y - mean$mu)^2 * tau / 2) + length(piece$y) / 2 * log(2 * pi) + sum(v^2) / 2 +
+    r <- piece$y - mean$mu
+    return(sum(log(sigma) + log_g) + half_log_R + sum(r * times(tau, r)) / 2 + length(r) / 2 * log(2 * pi) + sum(v^2) / 2 +
              half_log_determinant(H))
   }
   v <- piece_mode(problem, piece, beta, L, sigma, par)
@@ -217,6 +270,10 @@ joint_many <- function(problem, piece, beta, L, sigma, par, V) {
   })
   columns <- lapply(piece$columns, rep, times = m)
   mu <- as.vector(do.call(problem$mean, c(phi, columns)))
+  if (!is.null(problem$correlation)) {
+    values <- apply(matrix(mu, n), 2, function(one) residual_terms(problem, piece, one, sigma, par)$value)
+    return(values + n / 2 * log(2 * pi) + rowSums(V^2) / 2)
+  }
   long <- list(y = rep(piece$y, m))  # for variance functions of the mean, which read no other column
   terms <- residual_terms(problem, long, mu, sigma, par)$value
   terms[is.na(terms)] <- Inf

@@ -25,7 +25,11 @@ integral <- function(problem, beta, factors, sigma, par, grids) {
   list(logLik = values[2], agreement_of_grids = abs(values[1] - values[2]))
 }
 
-at_parameters <- function(id, text, file, problem, variance, beta, factors, sigma, par, points = c(), grids = NULL) {
+# correlation: its text; its parameters follow those of the variance in `par`.
+at_parameters <- function(id, text, file, problem, variance, beta, factors, sigma, par, points = c(), grids = NULL, correlation = NULL,
+                          correlation_parameters = NULL) {
+  variance_parameters <- par
+  par <- c(par, correlation_parameters)
   cat(id, "\n")
   check_derivatives(problem, beta, factors, sigma, par)
   value <- function(method) log_likelihood(problem, method, beta, factors, sigma, par)
@@ -33,7 +37,7 @@ at_parameters <- function(id, text, file, problem, variance, beta, factors, sigm
   record <- list(id = id, formula = text, data = file,
                  random = setNames(lapply(seq_along(levels), function(k) list(effects = I(levels[[k]]$effects), covariance = tcrossprod(factors[[k]]))),
                                    vapply(levels, function(x) x$group, "")),
-                 fixed = named(beta), sigma = sigma, variance = variance, variance_parameters = as.list(par),
+                 fixed = named(beta), sigma = sigma, variance = variance, variance_parameters = as.list(variance_parameters),
                  logLik = list(foce = value("foce"), focei = value("focei"), laplace = value("laplace")))
   for (k in points) record$logLik[[paste0("agq_", k)]] <- agq_log_likelihood(problem, k, beta, factors, sigma, par)
   if (!is.null(grids)) {
@@ -41,11 +45,12 @@ at_parameters <- function(id, text, file, problem, variance, beta, factors, sigm
     record$logLik$integral <- whole$logLik
     record$agreement_of_grids <- whole$agreement_of_grids
   }
+  if (!is.null(correlation)) record <- c(record, list(correlation = correlation, correlation_parameters = as.list(correlation_parameters)))
   record
 }
 
 # theta = beta, lower triangles of the factors by level, log sigma, variance parameters.
-optimum <- function(id, text, file, problem, variance, method, beta, factors, sigma, par, value = NULL) {
+optimum <- function(id, text, file, problem, variance, method, beta, factors, sigma, par, value = NULL, correlation = NULL) {
   sizes <- vapply(factors, nrow, 0L)
   read <- function(theta) {
     b <- setNames(theta[seq_along(beta)], names(beta))
@@ -67,11 +72,14 @@ optimum <- function(id, text, file, problem, variance, method, beta, factors, si
   cat(id, method, format(-best$value, digits = 14), "decrement", best$decrement, seconds, "s\n")
   stopifnot(best$positive, abs(best$decrement) < 1e-10)
   levels <- problem$levels
-  list(id = id, formula = text, data = file, variance = variance, method = method, logLik = -best$value, newton_decrement = best$decrement,
+  correlated <- !is.null(correlation)
+  record <- list(id = id, formula = text, data = file, variance = variance, method = method, logLik = -best$value, newton_decrement = best$decrement,
        estimates = named(end$beta), std_errors = named(setNames((sqrt(diag(solve(best$hessian))) * scale)[seq_along(beta)], names(beta))),
-       sigma = end$sigma, variance_parameters = as.list(end$par),
+       sigma = end$sigma, variance_parameters = as.list(if (correlated) end$par[1] else end$par),
        random = setNames(lapply(seq_along(levels), function(k) list(effects = I(levels[[k]]$effects), covariance = tcrossprod(end$factors[[k]]))),
                          vapply(levels, function(x) x$group, "")))
+  if (correlated) record <- c(record, list(correlation = correlation, correlation_parameters = as.list(end$par[-1])))
+  record
 }
 
 orange_problem <- function(variance) {
@@ -86,6 +94,9 @@ three_problem <- function(variance) {
 nested_problem <- function(variance) {
   make_problem(stands, "h", height, c("a", "b"), "dbh", list(list(group = "stand", effects = "a"), list(group = "plot", effects = c("a", "b"))), variance)
 }
+
+orange_exponential <- with_correlation(orange_problem(variance_power), exponential_of_distance("age", "Tree"), 1, 2)
+nested_car1 <- with_correlation(nested_problem(variance_power), car1_of("tree", "plot"), 1, 2)
 
 points <- c(1, 3, 5, 7, 9, 11, 15, 25)
 pair <- matrix(c(3.4, 0.005, 0, 0.055), 2)
@@ -106,7 +117,16 @@ values <- function() list(
                 c(9, 1), points, grids_2),
   at_parameters("plot_abc_power", crowded_text, "stands.csv", three_problem(variance_power), "power", c(a = 29, b = 0.43, c = 0.08), list(triple), 0.35, 0.5, c(1, 3, 5, 7, 9, 15)),
   at_parameters("stand_a_plot_ab_none", height_text, "stands.csv", nested_problem(variance_none), "none", c(a = 29, b = 0.47), list(matrix(2.8), pair / 1.5), 1.7, NULL),
-  at_parameters("stand_a_plot_ab_power", height_text, "stands.csv", nested_problem(variance_power), "power", c(a = 29, b = 0.47), list(matrix(2.8), pair / 1.5), 0.4, 0.5))
+  at_parameters("stand_a_plot_ab_power", height_text, "stands.csv", nested_problem(variance_power), "power", c(a = 29, b = 0.47), list(matrix(2.8), pair / 1.5), 0.4, 0.5),
+  at_parameters("orange_power_exponential", logistic_text, "Orange.csv", orange_exponential, "power", trees, list(matrix(31.6)), 0.9, 0.5, points, grids_1,
+                "exponential(age)", 300),
+  at_parameters("plot_ab_none_car1", height_text, "stands.csv", with_correlation(plot_problem(variance_none), car1_of("tree", "plot"), 0, 1), "none",
+                c(a = 29, b = 0.47), list(pair), 1.7, NULL, c(1, 3, 7), NULL, "car1(tree)", 0.4),
+  at_parameters("plot_ab_power_nugget", height_text, "stands.csv",
+                with_correlation(plot_problem(variance_power), exponential_nugget_of("tree", "plot"), 1, 2:3), "power",
+                c(a = 29, b = 0.47), list(pair), 0.4, 0.5, c(1, 3, 7), NULL, "exponential(tree; nugget)", c(3, 0.3)),
+  at_parameters("stand_a_plot_ab_power_car1", height_text, "stands.csv", nested_car1, "power", c(a = 29, b = 0.47),
+                list(matrix(2.8), pair / 1.5), 0.4, 0.5, c(), NULL, "car1(tree)", 0.4))
 if (is_wanted("values")) write_expected("marginal_values.json", c(versions(), list(script = "bench/r/reference_integrals.R", notes = paste(
   "log-likelihoods at the given parameters; random holds levels from the outermost in; agq_K: K points a dimension, nodes v = mode + R^-1 x with",
   "R'R = I + L'KL (R upper triangular, Psi = L L', L lower), full second derivatives; integral: trapezoidal rule, equal on two grids to agreement_of_grids"))), values())
@@ -132,6 +152,13 @@ for (variance in c("none", "power")) {
   exact <- function(t) agq_log_likelihood(problem, 61, t$beta, t$factors, t$sigma, t$par)
   optima <- c(optima, list(optimum(paste0("orange_", variance), logistic_text, "Orange.csv", problem, variance, "exact", trees, list(matrix(31.6)),
                                    if (variance == "none") 7.8 else 0.9, if (variance == "none") NULL else 0.5, exact)))
+}
+for (method in c("foce", "focei", "laplace")) {
+  optima <- c(optima, list(
+    optimum("orange_power_exponential", logistic_text, "Orange.csv", orange_exponential, "power", method, trees, list(matrix(31.6)), 0.9, c(0.5, 200),
+            correlation = "exponential(age)"),
+    optimum("stand_a_plot_ab_power_car1", height_text, "stands.csv", nested_car1, "power", method, c(a = 29, b = 0.47), list(matrix(2.8), pair / 2), 0.4, c(0.5, 0.1),
+            correlation = "car1(tree)")))
 }
 pair_problem <- plot_problem(variance_power)
 exact <- function(t) agq_log_likelihood(pair_problem, 25, t$beta, t$factors, t$sigma, t$par)

@@ -18,6 +18,7 @@ std::string indicator(std::size_t quantity, Index stratum) {
 }
 std::string weight(Index i, Index j) { return fmt::format("weight {} {}", i, j); }
 std::string held_weight() { return "held weight"; }
+std::string adjoint(std::size_t k) { return fmt::format("adjoint {}", k); }
 }  // namespace term_names
 
 namespace {

@@ -35,6 +35,8 @@ std::string indicator(std::size_t quantity, Index stratum);
 std::string weight(Index i, Index j);
 /// The weight of an observation that is held.
 std::string held_weight();
+/// A number of an observation that rows correlated with it determine; see CorrelatedTerms.
+std::string adjoint(std::size_t k);
 }  // namespace term_names
 
 /// What the search for modes needs of one observation: rho = log(sigma g) + (y - f)^2 /

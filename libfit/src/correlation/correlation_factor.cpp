@@ -36,6 +36,14 @@ class MarkovFactor : public CorrelationFactor {
     }
   }
 
+  void whiten_transposed(Ref<MatrixXd> columns) const override {
+    const Index n = columns.rows();
+    for (Index i = 0; i < n; ++i) {
+      columns.row(i) /= deviation_[i];
+      if (i + 1 < n) columns.row(i) -= before_[i + 1] / deviation_[i + 1] * columns.row(i + 1);
+    }
+  }
+
   void color(Ref<MatrixXd> columns) const override {
     for (Index i = 1; i < columns.rows(); ++i) {
       columns.row(i) = deviation_[i] * columns.row(i) + before_[i] * columns.row(i - 1);
@@ -49,6 +57,28 @@ class MarkovFactor : public CorrelationFactor {
     for (Index i = 1; i < whitened.rows(); ++i) {
       const double by = slopes_(i, k) / deviation_[i];
       result.row(i) = by * (before_[i] / deviation_[i] * whitened.row(i) - original.row(i - 1));
+    }
+    return result;
+  }
+
+  // Q has three diagonals, and rows of sum one: Q X is X + D'HD X with differences D of neighbors.
+  MatrixXd times_expected(const MatrixXd& columns) const override {
+    MatrixXd result = columns;
+    for (Index i = 1; i < columns.rows(); ++i) {
+      const double share = before_[i] / deviation_[i];
+      const Eigen::RowVectorXd change = share * share * (columns.row(i) - columns.row(i - 1));
+      result.row(i) += change;
+      result.row(i - 1) -= change;
+    }
+    return result;
+  }
+
+  double expected_slope(Index k, const MatrixXd& x, const MatrixXd& y) const override {
+    double result = 0.0;
+    for (Index i = 1; i < x.rows(); ++i) {
+      const double variance = deviation_[i] * deviation_[i];
+      result += 2.0 * before_[i] * slopes_(i, k) / (variance * variance) *
+                (x.row(i) - x.row(i - 1)).dot(y.row(i) - y.row(i - 1));
     }
     return result;
   }
@@ -80,16 +110,38 @@ class DenseFactor : public CorrelationFactor {
   }
 
   void whiten(Ref<MatrixXd> columns) const override { factor_.matrixL().solveInPlace(columns); }
+  void whiten_transposed(Ref<MatrixXd> columns) const override {
+    factor_.matrixU().solveInPlace(columns);
+  }
   void color(Ref<MatrixXd> columns) const override {
     columns = (factor_.matrixL() * MatrixXd(columns)).eval();
   }
   MatrixXd slope(Index k, const MatrixXd& whitened) const override {
     return -0.5 * slopes_[static_cast<std::size_t>(k)] * whitened;
   }
+  MatrixXd times_expected(const MatrixXd& columns) const override {
+    return inverse().cwiseProduct(factor_.reconstructedMatrix()) * columns;
+  }
+  double expected_slope(Index k, const MatrixXd& x, const MatrixXd& y) const override {
+    const MatrixXd& slope = slopes_[static_cast<std::size_t>(k)];
+    const MatrixXd lower = factor_.matrixL();
+    MatrixXd by_inverse = slope;
+    whiten_transposed(by_inverse);
+    by_inverse.transposeInPlace();
+    whiten_transposed(by_inverse);
+    const MatrixXd by_correlation = lower * slope * lower.transpose();
+    const MatrixXd change = inverse().cwiseProduct(by_correlation) -
+                            by_inverse.cwiseProduct(factor_.reconstructedMatrix());
+    return (x.transpose() * change * y).trace();
+  }
 
   bool is_valid = false;
 
  private:
+  MatrixXd inverse() const {
+    return factor_.solve(MatrixXd::Identity(factor_.rows(), factor_.cols()));
+  }
+
   Eigen::LLT<MatrixXd> factor_;
   std::vector<MatrixXd> slopes_;  ///< L^-1 dR L^-1'
 };

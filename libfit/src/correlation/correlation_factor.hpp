@@ -17,10 +17,18 @@ class CorrelationFactor {
 
   /// Replaces the columns X (n x c) by L^-1 X.
   virtual void whiten(Eigen::Ref<Eigen::MatrixXd> columns) const = 0;
+  /// Replaces them by L'^-1 X.
+  virtual void whiten_transposed(Eigen::Ref<Eigen::MatrixXd> columns) const = 0;
   /// Replaces them by L X.
   virtual void color(Eigen::Ref<Eigen::MatrixXd> columns) const = 0;
   /// (n x c) D for U = L^-1 X: the derivative of X'R^-1 X by parameter k is U'D + D'U.
   virtual Eigen::MatrixXd slope(Eigen::Index k, const Eigen::MatrixXd& whitened) const = 0;
+  /// (n x c) Q X for Q = R^-1 times R, element by element.
+  virtual Eigen::MatrixXd times_expected(const Eigen::MatrixXd& columns) const = 0;
+  /// tr(X' dQ Y) for the derivative of Q by parameter k.
+  virtual double expected_slope(Eigen::Index k,
+                                const Eigen::MatrixXd& x,
+                                const Eigen::MatrixXd& y) const = 0;
 
   double log_determinant() const { return log_determinant_; }        ///< log|L|
   const Eigen::VectorXd& log_slopes() const { return log_slopes_; }  ///< (m) of log|L|

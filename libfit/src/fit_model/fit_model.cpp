@@ -49,12 +49,8 @@ void check_method(const ModelSpecification& specification, Method method, bool r
   if (method == Method::kOrdinary && !specification.variance.is_constant()) {
     throw UsageError("the method ols does not fit a variance function; use gnls");
   }
-  const bool is_linearized = method == Method::kLindstromBates || method == Method::kGeneralized;
-  if (specification.correlation && !is_linearized) {
-    throw UsageError(
-        fmt::format("the method {} has independent residuals; for a `correlation` "
-                    "use lb, or gnls without random effects",
-                    word_of(method)));
+  if (method == Method::kOrdinary && specification.correlation) {
+    throw UsageError("the method ols has independent residuals; for a `correlation` use gnls");
   }
 }
 
@@ -204,18 +200,30 @@ MixedEffectsFit fit_mixed(const NonlinearModel& model,
                           Method method,
                           const FitModelOptions& options);
 
-/// With correlated residuals, from the optimum without, and from the pooled fit.
+/// With correlated residuals: from the pooled fit, for a marginal likelihood by lb first, and from
+/// the optimum with independent residuals.
 MixedEffectsFit fit_correlated(const NonlinearModel& model,
                                const LeastSquaresFit& pooled,
                                Method method,
                                const FitModelOptions& options) {
-  MixedEffectsOptions alternation = mixed_options(model, options);
-  MixedEffectsFit fit = fit_lindstrom_bates(model, pooled.estimate, alternation);
+  const MixedEffectsOptions search = mixed_options(model, options);
+  const bool by_likelihood = is_marginal(method);
+  if (by_likelihood) check_marginal(model, method, search);
+  MixedEffectsFit fit =
+      by_likelihood
+          ? fit_marginal_from(model,
+                              pooled.estimate,
+                              fit_correlated(model, pooled, Method::kLindstromBates, options),
+                              method,
+                              search)
+          : fit_lindstrom_bates(model, pooled.estimate, search);
   if (model.specification().random.empty() || options.effort == SearchEffort::kBrief) return fit;
   const MixedEffectsFit independent =
       fit_mixed(model.with_independent_residuals(), pooled, method, options);
   if (!independent.convergence.converged()) return fit;
-  std::optional<MixedEffectsFit> other = refit_lindstrom_bates(model, independent, alternation);
+  std::optional<MixedEffectsFit> other = by_likelihood
+                                             ? refit_marginal(model, independent, method, search)
+                                             : refit_lindstrom_bates(model, independent, search);
   const bool is_better = other && (!fit.convergence.converged() ||
                                    other->log_likelihood > fit.log_likelihood + kHigher);
   return is_better ? *std::move(other) : fit;
@@ -468,7 +476,7 @@ FitResult fit_model(const ModelSpecification& specification,
   check_start(specification, options.start);
   FitResult result = fit_by(specification, table, options, method);
   // focei has a likelihood that is bounded and smooth, and finds a result for nearly all data.
-  if (!options.method && !options.reml && is_mixed(method) && !specification.correlation &&
+  if (!options.method && !options.reml && is_mixed(method) &&
       may_depend_on_method(result.fit.convergence)) {
     FitResult other = fit_by(specification, table, options, Method::kInteraction);
     if (other.fit.convergence.converged()) {

@@ -6,7 +6,6 @@
 
 #include "conditional_modes/cluster_modes.hpp"
 #include "conditional_modes/random_places.hpp"
-#include "likelihood/correlated_sums.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "model/variance_weights.hpp"
 #include "result/earlier_fit.hpp"
@@ -86,7 +85,7 @@ class BlockPosteriors {
   /// \param spherical  (layout) the same
   void describe(const MatrixXd& effects,
                 const VectorXd& spherical,
-                ObservationSums::Workspace& workspace,
+                GroupSums::Workspace& workspace,
                 std::vector<EffectPosterior>& result) {
     shared_.sums.mixed(modes_.first_group(), modes_.end_group(), effects, mixed_, workspace);
     for (Index c = 0; c < modes_.cluster_count(); ++c) {
@@ -237,24 +236,9 @@ ObservationPoint point_of(const NonlinearModel& model,
           .log_sigma = variance.log_scale_of(residual.variance, residual.sigma)};
 }
 
-std::unique_ptr<const GroupSums> sums_at_estimates(const NonlinearModel& model,
-                                                   const VarianceModel& variance,
-                                                   const FittedModel& fit,
-                                                   const std::vector<Index>& random) {
-  const ObservationPoint point = point_of(model, variance, fit);
-  if (variance.correlated() != nullptr) {
-    return std::make_unique<CorrelatedSums>(model, variance, point, random);
-  }
-  auto sums =
-      std::make_unique<ObservationSums>(model, variance, density_of(fit.method), random, false);
-  sums->set_point(point);
-  return sums;
-}
-
-/// First clusters of blocks, and the end of the last block; correlated residuals have one.
+/// First clusters of blocks, and the end of the last block.
 std::vector<Index> blocks_of(const NonlinearModel& model) {
   std::vector<Index> result{0};
-  if (model.specification().correlation) return {0, model.cluster_count()};
   for (Index c = 0; c < model.cluster_count(); ++c) {
     const Index rows = model.group_begin(model.cluster_begin(c + 1)) -
                        model.group_begin(model.cluster_begin(result.back()));
@@ -277,7 +261,9 @@ std::vector<EffectPosterior> run(const NonlinearModel& model,
   VarianceData data = VarianceData::of(model, correlation ? &*correlation : nullptr);
   data.typical = std::move(typical);
   const VarianceModel variance(model.specification().variance, std::move(data));
-  const std::unique_ptr<const GroupSums> sums = sums_at_estimates(model, variance, fit, places.all);
+  const std::unique_ptr<GroupSums> sums =
+      make_group_sums(model, variance, density_of(fit.method), places.all, false);
+  sums->set_point(point_of(model, variance, fit));
   std::vector<RandomDesign> designs;
   for (const MatrixXd& root : priors.roots) designs.push_back(design_of(root, places));
   std::vector<const RandomDesign*> of_groups;
@@ -297,7 +283,7 @@ std::vector<EffectPosterior> run(const NonlinearModel& model,
   VectorXd spherical = VectorXd::Zero(layout.size());
   MatrixXd effects = known != nullptr ? *known : MatrixXd(places.r(), model.group_count());
   parallel_for(blocks.size() - 1, threads, [&](std::size_t b) {
-    ObservationSums::Workspace workspace;
+    GroupSums::Workspace workspace;
     ClusterModes modes(model, layout, *sums, blocks[b], blocks[b + 1]);
     if (known != nullptr) {
       modes.take(effects, workspace);

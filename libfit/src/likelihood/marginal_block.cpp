@@ -54,7 +54,7 @@ void MarginalValue::add(const MarginalValue& other) {
 
 MarginalBlock::MarginalBlock(const NonlinearModel& model,
                              const EffectLayout& layout,
-                             const ObservationSums& sums,
+                             const GroupSums& sums,
                              const RandomPlaces& places,
                              const QuadratureRule* rule,
                              Index first,
@@ -71,7 +71,7 @@ MarginalValue MarginalBlock::value(const MarginalPoint& point,
                                    const RandomDesign& design,
                                    VectorXd& modes,
                                    MatrixXd& effects,
-                                   ObservationSums::Workspace& workspace,
+                                   GroupSums::Workspace& workspace,
                                    bool with_gradient) {
   MarginalValue result = MarginalValue::zero(point);
   if (!modes_.search(design, modes, effects, workspace) || !factorize_determinants(design) ||
@@ -96,7 +96,7 @@ MarginalValue MarginalBlock::value(const MarginalPoint& point,
 bool MarginalBlock::find_modes(const RandomDesign& design,
                                VectorXd& modes,
                                MatrixXd& effects,
-                               ObservationSums::Workspace& workspace,
+                               GroupSums::Workspace& workspace,
                                const VectorXd* known,
                                VectorXd& objectives) {
   if (!modes_.search(design, modes, effects, workspace, known)) return false;
@@ -162,7 +162,7 @@ void MarginalBlock::place_nodes(const RandomDesign& design) {
 
 void MarginalBlock::evaluate_nodes(const RandomDesign& design,
                                    MatrixXd& effects,
-                                   ObservationSums::Workspace& workspace,
+                                   GroupSums::Workspace& workspace,
                                    std::vector<MatrixXd>& node_sums,
                                    bool with_gradient) {
   const Index nodes = rule_->weights.size();
@@ -195,7 +195,7 @@ void MarginalBlock::evaluate_nodes(const RandomDesign& design,
 void MarginalBlock::integrate(const MarginalPoint& point,
                               const RandomDesign& design,
                               MatrixXd& effects,
-                              ObservationSums::Workspace& workspace,
+                              GroupSums::Workspace& workspace,
                               MarginalValue& result,
                               bool with_gradient) {
   // With many nodes this is much memory, which only one block at a time may have.
@@ -265,7 +265,7 @@ void MarginalBlock::add_node_slopes(const MarginalPoint& point,
 
 void MarginalBlock::differentiate(const RandomDesign& design,
                                   MatrixXd& effects,
-                                  ObservationSums::Workspace& workspace,
+                                  GroupSums::Workspace& workspace,
                                   MarginalValue& result) {
   const Index begin = modes_.first_group();
   const Index end = modes_.end_group();

@@ -45,7 +45,7 @@ class MarginalBlock {
   /// \param rule  of quadrature, null for Laplace's method
   MarginalBlock(const NonlinearModel& model,
                 const EffectLayout& layout,
-                const ObservationSums& sums,
+                const GroupSums& sums,
                 const RandomPlaces& places,
                 const QuadratureRule* rule,
                 Index first,
@@ -57,7 +57,7 @@ class MarginalBlock {
                       const RandomDesign& design,
                       VectorXd& modes,
                       MatrixXd& effects,
-                      ObservationSums::Workspace& workspace,
+                      GroupSums::Workspace& workspace,
                       bool with_gradient);
 
   /// Searches modes without computing the likelihood.
@@ -67,7 +67,7 @@ class MarginalBlock {
   bool find_modes(const RandomDesign& design,
                   VectorXd& modes,
                   MatrixXd& effects,
-                  ObservationSums::Workspace& workspace,
+                  GroupSums::Workspace& workspace,
                   const VectorXd* known,
                   VectorXd& objectives);
 
@@ -92,13 +92,13 @@ class MarginalBlock {
   void integrate(const MarginalPoint& point,
                  const RandomDesign& design,
                  MatrixXd& effects,
-                 ObservationSums::Workspace& workspace,
+                 GroupSums::Workspace& workspace,
                  MarginalValue& result,
                  bool with_gradient);
   /// \param node_sums  out: by node, one column per group
   void evaluate_nodes(const RandomDesign& design,
                       MatrixXd& effects,
-                      ObservationSums::Workspace& workspace,
+                      GroupSums::Workspace& workspace,
                       std::vector<MatrixXd>& node_sums,
                       bool with_gradient);
   void add_node_slopes(const MarginalPoint& point,
@@ -108,7 +108,7 @@ class MarginalBlock {
   void place_nodes(const RandomDesign& design);
   void differentiate(const RandomDesign& design,
                      MatrixXd& effects,
-                     ObservationSums::Workspace& workspace,
+                     GroupSums::Workspace& workspace,
                      MarginalValue& result);
   void weigh(const SmallMatrix& joint, MatrixXd& weights);
   void follow_modes(const RandomDesign& design);
@@ -122,7 +122,7 @@ class MarginalBlock {
                         MarginalValue& result) const;
 
   const NonlinearModel& model_;
-  const ObservationSums& sums_;
+  const GroupSums& sums_;
   const RandomPlaces& places_;
   const QuadratureRule* rule_;
   Index r_;

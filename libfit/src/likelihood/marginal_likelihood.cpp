@@ -34,11 +34,11 @@ MarginalLikelihood::MarginalLikelihood(const NonlinearModel& model,
       shared_(shared),
       places_(model),
       layout_(model),
-      sums_(model, variance, curvature, places_.all),
+      sums_(make_group_sums(model, variance, curvature, places_.all)),
       workspaces_(worker_count(model.threads())) {
   if (points > 1) rule_ = gauss_hermite(points, places_.q(0));
   modes_.setZero(layout_.size());
-  effects_.setZero(sums_.random_count(), model.group_count());
+  effects_.setZero(sums_->random_count(), model.group_count());
   cut_into_blocks();
 }
 
@@ -63,7 +63,7 @@ void MarginalLikelihood::cut_into_blocks() {
 
 void MarginalLikelihood::add_block(const QuadratureRule* rule, Index first, Index last) {
   blocks_.push_back(
-      std::make_unique<MarginalBlock>(model_, layout_, sums_, places_, rule, first, last));
+      std::make_unique<MarginalBlock>(model_, layout_, *sums_, places_, rule, first, last));
 }
 
 RandomDesign MarginalLikelihood::design_of(const MarginalPoint& point) const {
@@ -124,7 +124,7 @@ MarginalValue MarginalLikelihood::value(const MarginalPoint& point,
                                         bool with_gradient,
                                         const PointChange* change) {
   model_.check_stop();
-  sums_.set_point(point.observation);
+  sums_->set_point(point.observation);
   const RandomDesign design = design_of(point);
   VectorXd modes = modes_;
   std::vector<MarginalValue> parts(blocks_.size());
@@ -149,7 +149,7 @@ std::optional<VectorXd> MarginalLikelihood::find_modes(const MarginalPoint& poin
                                                        VectorXd& modes,
                                                        const VectorXd* known) {
   model_.check_stop();
-  sums_.set_point(point.observation);
+  sums_->set_point(point.observation);
   const RandomDesign design = design_of(point);
   VectorXd objectives = VectorXd::Constant(model_.cluster_count(), kInfinity);
   std::vector<char> is_found(blocks_.size(), 0);

@@ -75,10 +75,10 @@ class MarginalLikelihood {
   const SharedClusters* shared_;
   RandomPlaces places_;
   EffectLayout layout_;
-  ObservationSums sums_;
+  std::unique_ptr<GroupSums> sums_;
   QuadratureRule rule_;
   std::vector<std::unique_ptr<MarginalBlock>> blocks_;
-  std::vector<ObservationSums::Workspace> workspaces_;  ///< by worker
+  std::vector<GroupSums::Workspace> workspaces_;  ///< by worker
   VectorXd modes_;
   VectorXd kept_;
   MarginalPoint kept_at_;

@@ -41,10 +41,14 @@ Table nested_stands(int plots, int per_plot) {
   return table_of(trees);
 }
 
-ModelSpecification curve(const Table& table, const char* random, const char* variance) {
+ModelSpecification curve(const Table& table,
+                         const char* random,
+                         const char* variance,
+                         const char* correlation = "none") {
   ModelSpecification model = specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {"b ~ 1 + C"}, table);
   add_random_effects(model, random, table);
   model.variance = parse_variance_function(variance);
+  if (std::string_view(correlation) != "none") model.correlation = parse_correlation(correlation);
   return model;
 }
 
@@ -150,6 +154,24 @@ TEST_CASE("gradients of marginal likelihoods equal differences of their values")
   const char* const random = GENERATE("a | plot", "a + b:C | plot", "a | stand; a + b | plot");
   INFO(variance << ", " << random << ", curvature " << static_cast<int>(curvature));
   Setting setting(curve(table, random, variance), table, curvature);
+  check_gradient(setting);
+}
+
+TEST_CASE("gradients of marginal likelihoods of correlated residuals equal differences") {
+  const Table table = nested_stands(5, 5);
+  const char* const variance = GENERATE("none", "power", "stratum(species) * power(fitted)");
+  const char* const correlation =
+      GENERATE("car1(dbh)", "exponential(dbh; nugget)", "compound-symmetry", "car1(dbh | species)");
+  const Curvature curvature =
+      GENERATE(Curvature::kFull, Curvature::kExpected, Curvature::kFirstOrder);
+  const char* const random = GENERATE("a + b:C | plot", "a | stand; a + b | plot");
+  const int points = random[0] == 'a' && random[2] == '+' ? GENERATE(1, 3) : 1;
+  if (points > 1 && curvature != Curvature::kFull) return;
+  INFO(variance << ", " << correlation << ", " << random << ", curvature "
+                << static_cast<int>(curvature) << ", " << points << " points");
+  Setting setting(curve(table, random, variance, correlation), table, curvature, points);
+  setting.at.observation.variance = setting.variance.start();
+  setting.at.observation.variance.tail(setting.variance.correlation_count()).setConstant(0.4);
   check_gradient(setting);
 }
 
@@ -265,20 +287,22 @@ TEST_CASE("the value does not depend on the number of threads") {
 TEST_CASE("modes follow the parameters to first order") {
   const Table table = nested_stands(6, 8);
   const char* const variance = GENERATE("none", "power", "power(fitted | species)");
+  const char* const correlation = GENERATE("none", "car1(dbh)", "exponential(dbh; nugget)");
   const Curvature curvature =
       GENERATE(Curvature::kFull, Curvature::kExpected, Curvature::kFirstOrder);
   const char* const random = GENERATE("a + b | plot", "a | stand; a + b | plot");
-  INFO(variance << ", " << random << ", curvature " << static_cast<int>(curvature));
-  Setting setting(curve(table, random, variance), table, curvature);
+  INFO(variance << ", " << correlation << ", " << random << ", curvature "
+                << static_cast<int>(curvature));
+  Setting setting(curve(table, random, variance, correlation), table, curvature);
   const NonlinearModel& model = setting.model;
-  ObservationSums sums(model, setting.variance, curvature, {0, 1});
+  const auto sums = make_group_sums(model, setting.variance, curvature, {0, 1});
   const EffectLayout& layout = setting.likelihood.layout();
   const RandomPlaces& places = setting.likelihood.places();
-  MarginalBlock block(model, layout, sums, places, nullptr, 0, model.cluster_count());
-  ObservationSums::Workspace workspace;
+  MarginalBlock block(model, layout, *sums, places, nullptr, 0, model.cluster_count());
+  GroupSums::Workspace workspace;
   MatrixXd effects = MatrixXd::Zero(2, model.group_count());
   const auto search = [&](const MarginalPoint& at, bool with_gradient, VectorXd& modes) {
-    sums.set_point(at.observation);
+    sums->set_point(at.observation);
     RandomDesign design{.joint = SmallMatrix::Zero(2, layout.joint_count()),
                         .shared = layout.joint_count() - layout.count(layout.terms() - 1)};
     Index column = 0;

@@ -43,17 +43,29 @@ ModelSpecification specified(const json& reference, const data::Table& table) {
   }
   add_random_effects(model, text, table);
   model.variance = parse_variance_function(reference["variance"].get<std::string>());
+  if (reference.contains("correlation")) {
+    model.correlation = parse_correlation(reference["correlation"].get<std::string>());
+  }
   return model;
 }
 
-/// The variance function with the parameters of the reference, by nlme's definitions.
-VarianceEstimate estimate_of(const json& reference) {
+/// The variance function and the correlation with the parameters of the reference, by nlme's
+/// definitions.
+VarianceEstimate estimate_of(const json& reference, const VarianceModel& variance) {
   VarianceEstimate estimate =
       VarianceEstimate::missing(parse_variance_function(reference["variance"].get<std::string>()));
   const json& values = reference["variance_parameters"];
   for (VarianceFactorEstimate& factor : estimate.factors) {
     factor.delta[0] = values.back().get<double>();
     if (factor.constant.size() > 0) factor.constant[0] = values[0].get<double>();
+  }
+  if (variance.correlated() != nullptr) {
+    const CorrelationStructure& structure = variance.correlated()->structure();
+    VectorXd natural(structure.parameter_count());
+    for (Index k = 0; k < natural.size(); ++k) {
+      natural[k] = reference["correlation_parameters"][static_cast<std::size_t>(k)].get<double>();
+    }
+    estimate.correlation = structure.estimate(structure.unconstrained(natural));
   }
   return estimate;
 }
@@ -80,7 +92,7 @@ MarginalPoint point_of(const json& reference,
   for (const auto& random : reference["random"].items()) {
     factors.emplace_back(matrix_of(random.value()["covariance"]).llt().matrixL());
   }
-  const VectorXd parameters = variance.parameters(estimate_of(reference));
+  const VectorXd parameters = variance.parameters(estimate_of(reference, variance));
   const double sigma = reference["sigma"].get<double>() / variance.sigma_factor(parameters);
   return {.observation = {.beta = beta, .variance = parameters, .log_sigma = std::log(sigma)},
           .factors = factors};
@@ -153,6 +165,10 @@ TEST_CASE("maxima of marginal likelihoods are those of their definitions") {
       // Where the likelihood is flat, both searches stop within 1e-5 standard errors.
       CHECK(fit.estimate[j] == Approx(value.get<double>()).margin(1e-5 * error));
       CHECK(errors[j] == Approx(error).epsilon(1e-4));
+    }
+    if (reference.contains("correlation")) {
+      const double value = reference["correlation_parameters"][0].get<double>();
+      CHECK(fit.variance.correlation->values[0] == Approx(value).epsilon(1e-4));
     }
     const MatrixXd covariance = matrix_of((--reference["random"].end()).value()["covariance"]);
     for (Index k = 0; k < covariance.rows(); ++k) {
