@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # Marginal log-likelihoods by definition: FOCE, FOCEI, Laplace, adaptive Gauss-Hermite and the integral itself, at
 # stated parameters and at the optima of the first three. See definition.R.
-# Run from this folder: Rscript reference_integrals.R [values|optima]
+# Run from this folder: Rscript reference_integrals.R [values|correlated|optima]
 source("json.R")
 source("definition.R")
 wanted <- commandArgs(trailingOnly = TRUE)
@@ -131,6 +131,16 @@ if (is_wanted("values")) write_expected("marginal_values.json", c(versions(), li
   "log-likelihoods at the given parameters; random holds levels from the outermost in; agq_K: K points a dimension, nodes v = mode + R^-1 x with",
   "R'R = I + L'KL (R upper triangular, Psi = L L', L lower), full second derivatives; integral: trapezoidal rule, equal on two grids to agreement_of_grids"))), values())
 
+if (is_wanted("correlated")) {
+  stems <- read_data("stems.csv")
+  stems_text <- "h ~ a*(1 - exp(-k*age))^c"
+  problem <- make_problem(stems, "h", mean_of(stems_text, c("a", "k", "c"), "age"), c("a", "k", "c"), "age", list(list(group = "tree", effects = "a")), variance_power)
+  problem <- with_correlation(problem, car1_of("age", "tree"), 1, 2)
+  write_expected("marginal_correlated.json", c(versions(), list(script = "bench/r/reference_integrals.R", notes = "as in marginal_optima.json, with correlated residuals")),
+                 lapply(c("foce", "focei", "laplace"), function(method) {
+    optimum("stems_a_power_car1", stems_text, "stems.csv", problem, "power", method, c(a = 29.9, k = 0.063, c = 1.44), list(matrix(2.54)), 0.58, c(-0.04, 0.88), correlation = "car1(age)")
+  }))
+}
 if (!is_wanted("optima")) quit()
 optima <- list()
 for (method in c("foce", "focei", "laplace")) {
@@ -152,13 +162,6 @@ for (variance in c("none", "power")) {
   exact <- function(t) agq_log_likelihood(problem, 61, t$beta, t$factors, t$sigma, t$par)
   optima <- c(optima, list(optimum(paste0("orange_", variance), logistic_text, "Orange.csv", problem, variance, "exact", trees, list(matrix(31.6)),
                                    if (variance == "none") 7.8 else 0.9, if (variance == "none") NULL else 0.5, exact)))
-}
-for (method in c("foce", "focei", "laplace")) {
-  optima <- c(optima, list(
-    optimum("orange_power_exponential", logistic_text, "Orange.csv", orange_exponential, "power", method, trees, list(matrix(31.6)), 0.9, c(0.5, 200),
-            correlation = "exponential(age)"),
-    optimum("stand_a_plot_ab_power_car1", height_text, "stands.csv", nested_car1, "power", method, c(a = 29, b = 0.47), list(matrix(2.8), pair / 2), 0.4, c(0.5, 0.1),
-            correlation = "car1(tree)")))
 }
 pair_problem <- plot_problem(variance_power)
 exact <- function(t) agq_log_likelihood(pair_problem, 25, t$beta, t$factors, t$sigma, t$par)
