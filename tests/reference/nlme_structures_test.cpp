@@ -2,6 +2,7 @@
 // Nested groupings, restricted likelihood, covariance forms and variance functions against R 4.2.2
 // with nlme 3.1-162 on shipped data; tests/reference/expected/README.md says how the figures were
 // made.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
@@ -9,10 +10,13 @@
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "expected.hpp"
 #include "silvafit/data/csv.hpp"
+#include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/intervals.hpp"
 #include "silvafit/fit/least_squares.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 
@@ -164,4 +168,40 @@ TEST_CASE("covariances, nested groups, restricted likelihood and variance functi
   const json fits = test::read_expected(file + ".json")["fits"];
   REQUIRE(fits.size() >= 9);
   for (const json& reference : fits) check_fit(reference);
+}
+
+TEST_CASE("compound symmetry of random effects is nlme's", "[reference]") {
+  // nlme 3.1-162 in R 4.2.2: lme(score ~ Machine, Machines, random = list(Worker = pdCompSymm(~
+  // Machine - 1)), method = "ML"), then intervals(), and by "REML".
+  const data::Table table = data::read_csv_table(test::reference_data("Machines.csv"));
+  fit::ModelSpecification model = fit::specify_model(
+      R"(score ~ a*(Machine == "A") + b*(Machine == "B") + c*(Machine == "C"))", {}, table);
+  fit::add_random_effects(model, "a + b + c | Worker", table);
+  model.random.back().covariance = fit::Covariance::kCompoundSymmetry;
+  const auto fitted = [&](fit::Method method, bool reml) {
+    return fit::fit_model(model, table, {.method = method, .reml = reml}).fit;
+  };
+  for (const fit::Method method : {fit::Method::kLindstromBates, fit::Method::kLaplace}) {
+    const fit::FittedModel fit = fitted(method, false);
+    CHECK(fit.convergence.converged());
+    CHECK(fit.parameter_count == 6);
+    // As many digits as R printed.
+    CHECK(fit.log_likelihood == Approx(-112.6347235).margin(6e-8));
+    CHECK(fit.sigma == Approx(0.9615766374).epsilon(1e-6));
+    CHECK(fit.random.back().sd()[1] == Approx(5.5306915825).epsilon(1e-6));
+    CHECK(fit.random.back().correlation()(2, 0) == Approx(0.6227396882).epsilon(1e-6));
+  }
+  const fit::FittedModel restricted = fitted(fit::Method::kLindstromBates, true);
+  CHECK(restricted.log_likelihood == Approx(-107.843784).margin(6e-7));
+  CHECK(restricted.random.back().covariance(0, 0) == Approx(36.7679010807).epsilon(1e-6));
+  const fit::Intervals wald = fit::confidence_intervals(
+      fitted(fit::Method::kLindstromBates, false), table, {.method = fit::IntervalMethod::kWald});
+  const auto limits = [&](const std::string& name) {
+    const auto found = std::ranges::find(wald.parameters, name, &fit::ParameterInterval::name);
+    return std::pair{found->lower, found->upper};
+  };
+  // nlme's second derivatives are differences.
+  CHECK(limits("sd(a)").first == Approx(3.5698431644).epsilon(1e-4));
+  CHECK(limits("cor(a, b, c)").first == Approx(0.1339019008).epsilon(1e-3));
+  CHECK(limits("cor(a, b, c)").second == Approx(0.8855048458).epsilon(1e-4));
 }

@@ -172,7 +172,7 @@ class Fit(Predictions, Inference):
 
     def _stored_arguments(self) -> dict:
         """The arguments of a fit that was read from a file, as far as they say what the model is."""
-        forms = {term["form"] for term in self._random_terms} & {"diagonal", "identity"}
+        forms = {term["form"] for term in self._random_terms} & {"diagonal", "identity", "compound-symmetry"}
         return {"formula": self.model or self.formula, "parameters": self.parameters, "random": self.random,
                 "covariance": forms.pop() if len(forms) == 1 else None,
                 "variance": None if self.variance == "none" else self.variance,

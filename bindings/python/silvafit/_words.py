@@ -12,7 +12,7 @@ FURTHER_CHOICES: Dict[str, Dict[str, List[str]]] = {"fit": {"method": ["ML", "RE
 _WORDS: Dict[str, Dict[str, str]] = {
     "interval": {"mean": "confidence", "obs": "prediction"},  # statsmodels
     "kind": {"raw": "response", "standardized": "pearson"},  # nlme
-    "covariance": {"unstructured": "general", "pdSymm": "general", "pdDiag": "diagonal", "pdIdent": "identity"},
+    "covariance": {"unstructured": "general", "pdSymm": "general", "pdDiag": "diagonal", "pdIdent": "identity", "pdCompSymm": "compound-symmetry"},
 }
 
 

@@ -131,7 +131,7 @@ print.VarCorr.silvafit <- strict(function(x, digits = getOption("digits"), ...) 
   table <- cbind(apply(x[, , drop = FALSE], 2, format, digits = digits), matrix("", length(x[, 1]), width))
   dimnames(table) <- list(rownames(x[, , drop = FALSE]), c("Variance", "StdDev", "Corr", rep("", width))[seq_len(2 + width)])
   titles <- vapply(names(x), function(group) {
-    class <- c(general = "pdLogChol", diagonal = "pdDiag", identity = "pdIdent", block = "pdBlocked")[[attr(x[[group]], "form")]]
+    class <- c(general = "pdLogChol", diagonal = "pdDiag", identity = "pdIdent", block = "pdBlocked", `compound-symmetry` = "pdCompSymm")[[attr(x[[group]], "form")]]
     paste0(group, " = ", class, "(list(", paste(vapply(rownames(x[[group]]), name_text, ""), "~ 1", collapse = ","), "))")
   }, "")
   blocks <- lapply(seq_along(x), function(i) {

@@ -89,8 +89,9 @@ pd_term <- function(pd, groups) {
     return(list(blocks = lapply(blocks, `[[`, "formulas"), group = groups, covariance = ""))
   }
   covariance <- if (inherits(pd, "pdDiag")) "diagonal" else if (inherits(pd, "pdIdent")) "identity"
+                else if (inherits(pd, "pdCompSymm")) "compound-symmetry"
                 else if (inherits(pd, c("pdSymm", "pdLogChol", "pdNatural"))) "general"
-                else stop_usage("the covariance class ", class(pd)[1], " is not available; available: pdSymm, pdLogChol, pdNatural, pdDiag, pdIdent, pdBlocked")
+                else stop_usage("the covariance class ", class(pd)[1], " is not available; available: pdSymm, pdLogChol, pdNatural, pdDiag, pdIdent, pdCompSymm, pdBlocked")
   formulas <- stats::formula(pd)
   if (is.null(formulas)) stop_usage(class(pd)[1], "() needs a formula, as in ", class(pd)[1], "(a + b ~ 1)")
   if (inherits(formulas, "formula")) formulas <- list(formulas)

@@ -24,7 +24,7 @@
 #' `"(a + b | plot) + (a | year)"` with effects of their own. Several formulas with the same groups, `list(a ~ 1 | plot, b ~ 1 | plot)`, are independent;
 #' a list without groups, `list(a ~ 1, b ~ 1)`, is one correlated term, as in nlme. Its groups are `groups`, or those of a groupedData.
 #' A term of \pkg{lme4} in the formula, as in `h ~ a + b * dbh + (1 | plot)`, is read if each of its effects is that of one parameter.
-#' The classes `pdDiag`, `pdIdent`, `pdSymm` and `pdBlocked` of \pkg{nlme} can be used, or `covariance`.
+#' The classes `pdDiag`, `pdIdent`, `pdCompSymm`, `pdSymm` and `pdBlocked` of \pkg{nlme} can be used, or `covariance`.
 #'
 #' **Methods.** `"lb"`, the method of Lindstrom and Bates, is that of [nlme::nlme()] and the default with random
 #' effects. `"laplace"`, `"focei"`, `"foce"` and `"agq"` (adaptive Gauss-Hermite quadrature) maximize the marginal
@@ -43,7 +43,7 @@
 #' @param parameters formula or list of formulas with the linear sub-models of parameters
 #' @param random formula, list of formulas, `pdMat` object of nlme, or text; see Details
 #' @param groups one-sided formula with the groups if `random` does not name them, as in [nlme::nlme()]
-#' @param covariance form of the covariance of the random effects: `"general"`, `"diagonal"` or `"identity"`; one
+#' @param covariance form of the covariance of the random effects: `"general"`, `"diagonal"`, `"identity"` or `"compound-symmetry"`; one
 #'   for all groupings, or one for each
 #' @param variance variance function of the residuals: an object of nlme such as `varPower(form = ~ dbh)`, or a text:
 #'   `"power"`, `"exponential"`, `"constant-plus-power"`, `"power(dbh)"`, `"power(fitted | species)"`,

@@ -128,6 +128,8 @@ TEST_CASE("likelihoods of intervals have exact gradients, with any parameter hel
   check("a + b | plot", "stratum(species)", "lb", Covariance::kDiagonal);
   check("a + b | plot", "power", "focei", Covariance::kDiagonal);
   check("a + b | plot", "none", "lb", Covariance::kIdentity);
+  check("a + b | plot", "none", "lb", Covariance::kCompoundSymmetry);
+  check("a + b | plot", "power", "laplace", Covariance::kCompoundSymmetry);
   check("a | stand; a + b | plot", "power(dbh)", "lb", Covariance::kDiagonal);
   check("", "stratum(species) * power(dbh)", "gnls");
   check("", "power", "gnls");

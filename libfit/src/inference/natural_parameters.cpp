@@ -73,12 +73,41 @@ struct FactorRows {
   }
 };
 
+/// The common deviation s of effects with compound symmetry from the roots of the eigenvalues, a
+/// and b, and the correlation.
+struct CommonScale {
+  Eigen::Vector2d roots;  ///< a, b
+  double count = 2.0;     ///< q
+
+  CommonScale(const VectorXd& x, Index coordinate, Index effects)
+      : roots(x.segment<2>(coordinate)), count(static_cast<double>(effects)) {}
+
+  double deviation() const {
+    return std::sqrt(((count - 1.0) * roots[0] * roots[0] + roots[1] * roots[1]) / count);
+  }
+  /// Of the deviation by the roots.
+  Eigen::Vector2d slopes() const {
+    const Eigen::Vector2d weighted((count - 1.0) * roots[0], roots[1]);
+    return weighted / (count * deviation());
+  }
+  double correlation() const {
+    const double s = deviation();
+    return (roots[1] - roots[0]) * (roots[1] + roots[0]) / (count * s * s);
+  }
+  /// The roots for a deviation of one.
+  Eigen::Vector2d at(double correlation) const {
+    return {std::sqrt(std::max(0.0, 1.0 - correlation)),
+            std::sqrt(std::max(0.0, 1.0 + (count - 1.0) * correlation))};
+  }
+};
+
 /// Replaces the part of a gradient by x that belongs to a factor.
 void set_factor_gradient(const SurfaceLayout& layout,
+                         const VectorXd& x,
                          std::size_t term,
                          const MatrixXd& by_own,
                          VectorXd& gradient) {
-  const VectorXd slopes = layout.factor_gradient(term, by_own);
+  const VectorXd slopes = layout.factor_gradient(x, term, by_own);
   gradient.segment(layout.factor_at(term), slopes.size()) = slopes;
 }
 
@@ -128,17 +157,34 @@ void add_random(const SurfaceSetting& setting,
   const std::vector<std::string>& names = random.coefficients;
   // The joint effect of one unit of each coordinate of the factor.
   const VectorXd unit = layout.frame().effects[term].rowwise().norm();
-  const bool is_identity = random.covariance == Covariance::kIdentity;
-  const MatrixXd one = is_identity ? layout.factor(term).factor(VectorXd::Ones(1)) : MatrixXd();
+  const RelativeFactor& factor = layout.factor(term);
+  const bool has_common = factor.has_common_correlation();
+  const bool is_identity = random.has_equal_variances() && !has_common;
+  // Of compound symmetry, too, roots of one make deviations of one.
+  const MatrixXd one = random.has_equal_variances()
+                           ? factor.factor(VectorXd::Ones(factor.parameter_count()))
+                           : MatrixXd();
   for (std::size_t k = 0; k < names.size(); ++k) {
     const auto row = static_cast<Index>(k);
     result.push_back({.kind = ParameterKind::kDeviation,
                       .name = fmt::format("sd({})", effect_name(names[k], group)),
-                      .form = is_identity ? Form::kIdentity : Form::kDeviation,
+                      .form = has_common    ? Form::kCommonDeviation
+                              : is_identity ? Form::kIdentity
+                                            : Form::kDeviation,
                       .term = term,
                       .row = row,
                       .coordinate = layout.factor_at(term),
-                      .scale = unit[row] * (is_identity ? one(row, row) : 1.0)});
+                      .scale = unit[row] * (one.size() > 0 ? one(row, row) : 1.0)});
+  }
+  if (has_common) {
+    result.push_back({.kind = ParameterKind::kCorrelation,
+                      .name = fmt::format(
+                          "cor({})", effect_name(fmt::format("{}", fmt::join(names, ", ")), group)),
+                      .form = Form::kCommonCorrelation,
+                      .term = term,
+                      .coordinate = layout.factor_at(term),
+                      .low = -1.0 / static_cast<double>(names.size() - 1)});
+    return;
   }
   Index begin = 0;
   for (const int size : random.block_sizes()) {
@@ -281,6 +327,10 @@ double NaturalParameter::value(const SurfaceLayout& layout,
       return factor.row(row).dot(factor.row(other_row)) /
              (factor.row(row).norm() * factor.row(other_row).norm());
     }
+    case Form::kCommonDeviation:
+      return scale * CommonScale(x, coordinate, layout.factor(term).size()).deviation();
+    case Form::kCommonCorrelation:
+      return CommonScale(x, coordinate, layout.factor(term).size()).correlation();
     case Form::kSigma:
       break;
   }
@@ -327,6 +377,15 @@ VectorXd NaturalParameter::hold(const SurfaceLayout& layout,
         factor(row, row) = value;
       }
       layout.set_own_factor(term, factor, x);
+      break;
+    }
+    case Form::kCommonDeviation:
+    case Form::kCommonCorrelation: {
+      const CommonScale of(x, coordinate, layout.factor(term).size());
+      const double deviation = of.deviation();
+      x.segment<2>(coordinate) = form == Form::kCommonCorrelation
+                                     ? Eigen::Vector2d(deviation * of.at(value))
+                                     : Eigen::Vector2d(value / (scale * deviation) * of.roots);
       break;
     }
     case Form::kCorrelation: {
@@ -402,7 +461,21 @@ VectorXd NaturalParameter::pull_back(const SurfaceLayout& layout,
       } else {
         by_factor.row(row).setZero();
       }
-      set_factor_gradient(layout, term, by_factor, result);
+      set_factor_gradient(layout, free, term, by_factor, result);
+      break;
+    }
+    case Form::kCommonDeviation: {
+      const CommonScale of(free, coordinate, layout.factor(term).size());
+      auto by_roots = result.segment<2>(coordinate);
+      const double share = value / (scale * of.deviation());
+      const double along = by_roots.dot(of.roots) / of.deviation();
+      by_roots = (share * (by_roots - along * of.slopes())).eval();
+      break;
+    }
+    case Form::kCommonCorrelation: {
+      const CommonScale of(free, coordinate, layout.factor(term).size());
+      auto by_roots = result.segment<2>(coordinate);
+      by_roots = (by_roots.dot(of.at(value)) * of.slopes()).eval();
       break;
     }
     case Form::kCorrelation: {
@@ -413,7 +486,7 @@ VectorXd NaturalParameter::pull_back(const SurfaceLayout& layout,
       rows.pull_back(by_first, by_second);
       by_factor.row(row).head(other_row + 1) = by_first;
       by_factor.row(other_row).head(other_row + 1) = by_second;
-      set_factor_gradient(layout, term, by_factor, result);
+      set_factor_gradient(layout, free, term, by_factor, result);
       break;
     }
     case Form::kSigma:
@@ -466,6 +539,7 @@ double to_symmetric(const NaturalParameter& parameter, double value) {
     case Form::kCorrelation:
       return std::log((1.0 + value) / (1.0 - value));
     case Form::kResidual:
+    case Form::kCommonCorrelation:
       return std::log(
           std::isinf(parameter.high) ? value : (value - parameter.low) / (parameter.high - value));
     default:
@@ -482,6 +556,7 @@ double from_symmetric(const NaturalParameter& parameter, double value) {
     case Form::kCorrelation:
       return std::tanh(0.5 * value);
     case Form::kResidual:
+    case Form::kCommonCorrelation:
       return std::isinf(parameter.high)
                  ? std::exp(value)
                  : parameter.high - (parameter.high - parameter.low) / (1.0 + std::exp(value));

@@ -28,9 +28,11 @@ class NaturalParameter {
     kOdds,         ///< the constant of constant-plus-power: tan^2 of a coordinate times v0^delta
     kDeviation,    ///< length of a row of a factor
     kIdentity,     ///< |factor times a coordinate|: a standard deviation of the identity form
-    kCorrelation,  ///< cosine between two rows of a factor
-    kResidual,     ///< of the correlation of residuals
-    kSigma,        ///< exp of a coordinate times a function of the variance parameters
+    kCommonDeviation,    ///< of compound symmetry, a function of two coordinates
+    kCommonCorrelation,  ///< the same
+    kCorrelation,        ///< cosine between two rows of a factor
+    kResidual,           ///< of the correlation of residuals
+    kSigma,              ///< exp of a coordinate times a function of the variance parameters
   };
 
   ParameterKind kind = ParameterKind::kFixed;
@@ -41,13 +43,14 @@ class NaturalParameter {
   Eigen::Index other_row = 0;  ///< of kCorrelation; row < other_row
   Eigen::Index coordinate = 0;
   Eigen::Index delta = 0;  ///< of kOdds: the coordinate of delta
-  double scale = 1.0;      ///< factor of kCoordinate and kIdentity, unit of kDeviation, v0 of kOdds
+  double scale =
+      1.0;  ///< factor of kCoordinate and of equal deviations, unit of kDeviation, v0 of kOdds
   /// (p) of kCoefficient, and the slopes of kDerived at the estimate; `coordinate` has the largest.
   Eigen::VectorXd weights{};
   /// Of kDerived, with its own names of the coefficients.
   std::optional<DerivedQuantity> derived{};
   std::vector<std::string> coefficients{};
-  double low = 0.0;  ///< range of kResidual
+  double low = 0.0;  ///< range of kResidual and kCommonCorrelation
   double high = 1.0;
 
   /// Whether hold() is possible: a correlation of residuals may depend on several coordinates.

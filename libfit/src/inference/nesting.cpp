@@ -211,6 +211,9 @@ class Comparer {
         return;
       }
     }
+    if (is_symmetric(large) || (small != nullptr && is_symmetric(*small))) {
+      return compare_symmetric(large, small);
+    }
     const bool is_identity = has_joint_variance(large);
     const bool was_identity = small != nullptr && has_joint_variance(*small);
     if (is_identity && !was_identity && small != nullptr) {
@@ -251,6 +254,34 @@ class Comparer {
           fail("only the smaller model has covariances between some random effects");
         }
       }
+    }
+  }
+
+  static bool is_symmetric(const RandomEffects& random) {
+    return random.covariance == Covariance::kCompoundSymmetry && random.coefficients.size() > 1;
+  }
+
+  /// Compound symmetry is between a multiple of the identity and a general covariance.
+  void compare_symmetric(const RandomEffects& large, const RandomEffects* small) {
+    if (small == nullptr) {
+      nesting_.has_other_edge = true;  // without effects their correlation is arbitrary
+      return;
+    }
+    const auto effects = [](const RandomEffects& of) {
+      return std::set(of.coefficients.begin(), of.coefficients.end());
+    };
+    const auto count = static_cast<int>(large.coefficients.size());
+    if (effects(large) != effects(*small)) {
+      fail("compound symmetry is a special case only if the random effects are the same");
+    } else if (is_symmetric(large)) {
+      if (!small->has_equal_variances()) {
+        fail("compound symmetry does not contain a model with several variances");
+      }
+      if (!is_symmetric(*small)) nesting_.regular += 1;
+    } else if (large.block_sizes().size() > 1) {
+      fail("only the smaller model has covariances between some random effects");
+    } else {
+      nesting_.regular += count * (count + 1) / 2 - 2;
     }
   }
 

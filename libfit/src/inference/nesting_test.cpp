@@ -300,6 +300,20 @@ TEST_CASE("the identity of one effect is that effect's variance") {
   CHECK(nesting(both, joint).is_nested);
 }
 
+TEST_CASE("compound symmetry is between the identity and a general covariance") {
+  const FittedModel general = fitted_case(stand_lines(), {.random = "a + b | stand"});
+  const auto with = [&](Covariance form) {
+    FittedModel fit = general;
+    fit.specification.random.back().covariance = form;
+    return fit;
+  };
+  const FittedModel symmetric = with(Covariance::kCompoundSymmetry);
+  CHECK(nesting(general, symmetric).regular == 1);  // 3 parameters and 2
+  CHECK(nesting(symmetric, with(Covariance::kIdentity)).regular == 1);
+  CHECK_FALSE(nesting(symmetric, with(Covariance::kDiagonal)).is_nested);
+  CHECK_FALSE(nesting(with(Covariance::kDiagonal), symmetric).is_nested);
+}
+
 TEST_CASE("factors of a variance function are paired by their strata, in any order") {
   const data::Table table = stand_lines();
   FittedModel larger = fitted_case(table, {});

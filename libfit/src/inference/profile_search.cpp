@@ -166,14 +166,17 @@ class ProfileSearch {
   bool is_at_boundary(double end) const {
     if (!std::isfinite(end)) return false;
     // A correlation of 1 - 2e-6 counts as 1.
-    const double near = parameter_.form == Form::kCorrelation ? 2e-3 : 1e-4;
+    const bool is_correlation =
+        parameter_.form == Form::kCorrelation || parameter_.form == Form::kCommonCorrelation;
+    const double near = is_correlation ? 2e-3 : 1e-4;
     return std::abs(origin() - end) <= near * boundary_unit();
   }
 
   /// Length of a step near the boundary, in units of the search scale.
   double boundary_unit() const {
-    const bool is_deviation =
-        parameter_.form == Form::kDeviation || parameter_.form == Form::kIdentity;
+    const bool is_deviation = parameter_.form == Form::kDeviation ||
+                              parameter_.form == Form::kIdentity ||
+                              parameter_.form == Form::kCommonDeviation;
     return is_deviation ? std::abs(parameter_.scale) : 1.0;
   }
 

@@ -171,7 +171,8 @@ class LinearizedSurface : public LikelihoodSurface {
     // L is the factor relative to sigma, so that sigma moves it too.
     double by_log_sigma = at.by_log_sigma;
     for (std::size_t t = 0; t < layout_.terms(); ++t) {
-      const VectorXd slopes = layout_.factor(t).gradient(at.by_factor[t]) / sigma;
+      const VectorXd slopes =
+          layout_.factor(t).gradient(layout_.factor_part(x, t), at.by_factor[t]) / sigma;
       gradient->segment(layout_.factor_at(t), slopes.size()) = slopes;
       by_log_sigma -= slopes.dot(layout_.factor_part(x, t));
     }
@@ -226,7 +227,7 @@ class MarginalSurface : public LikelihoodSurface {
     // several modes, the last search may have ended in another one.
     likelihood_.set_modes(modes_);
     const MarginalValue value = likelihood_.evaluate(point, gradient != nullptr);
-    if (gradient != nullptr) *gradient = coordinates_.gradient(value);
+    if (gradient != nullptr) *gradient = coordinates_.gradient(x, value);
     return value.minus_log_likelihood;
   }
 

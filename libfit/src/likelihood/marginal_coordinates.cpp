@@ -13,12 +13,12 @@ MarginalPoint MarginalCoordinates::point(const VectorXd& x) const {
   return point;
 }
 
-VectorXd MarginalCoordinates::gradient(const MarginalValue& value) const {
+VectorXd MarginalCoordinates::gradient(const VectorXd& x, const MarginalValue& value) const {
   VectorXd result(layout_.size());
   const Index p = layout_.beta_count();
   result.head(p) = layout_.beta_gradient(value.by_beta.head(p));
   for (std::size_t term = 0; term < layout_.terms(); ++term) {
-    const VectorXd slopes = layout_.factor_gradient(term, value.by_factors[term]);
+    const VectorXd slopes = layout_.factor_gradient(x, term, value.by_factors[term]);
     result.segment(layout_.factor_at(term), slopes.size()) = slopes;
   }
   result.segment(layout_.variance_at(), layout_.variance_count()) = value.by_variance;

@@ -20,7 +20,7 @@ class MarginalCoordinates {
 
   const SurfaceLayout& layout() const { return layout_; }
   MarginalPoint point(const VectorXd& x) const;
-  VectorXd gradient(const MarginalValue& value) const;
+  VectorXd gradient(const VectorXd& x, const MarginalValue& value) const;
   /// \param observation  beta without those that have random effects only
   /// \param covariances  Psi of each term, in the coefficients' own units
   VectorXd coordinates(const ObservationPoint& observation,

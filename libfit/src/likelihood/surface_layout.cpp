@@ -34,9 +34,11 @@ void SurfaceLayout::set_own_factor(std::size_t term, const MatrixXd& own, Vector
   x.segment(factor_at(term), of.parameter_count()) = of.from_factor(scaled);
 }
 
-VectorXd SurfaceLayout::factor_gradient(std::size_t term, const MatrixXd& by_own) const {
+VectorXd SurfaceLayout::factor_gradient(const VectorXd& x,
+                                        std::size_t term,
+                                        const MatrixXd& by_own) const {
   const MatrixXd lower = by_own.triangularView<Eigen::Lower>();
-  return factor(term).gradient(frame_.effects[term].transpose() * lower);
+  return factor(term).gradient(factor_part(x, term), frame_.effects[term].transpose() * lower);
 }
 
 MatrixXd SurfaceLayout::own_factor_gradient(std::size_t term, const VectorXd& gradient) const {

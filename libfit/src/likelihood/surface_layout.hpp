@@ -46,7 +46,7 @@ class SurfaceLayout {
   void set_own_factor(std::size_t term, const MatrixXd& own, VectorXd& x) const;
   /// The gradient by the elements of a factor in x from that by L, of which the lower triangle is
   /// used.
-  VectorXd factor_gradient(std::size_t term, const MatrixXd& by_own) const;
+  VectorXd factor_gradient(const VectorXd& x, std::size_t term, const MatrixXd& by_own) const;
   /// The gradient by L, lower triangular, from one by x.
   MatrixXd own_factor_gradient(std::size_t term, const VectorXd& gradient) const;
   /// The parameters of a term's factor.

@@ -316,7 +316,7 @@ LindstromBatesState LindstromBates::first_order_start() {
     const SmoothFunction objective = [&](const VectorXd& theta, VectorXd* by_theta) {
       const LinearMixedProfile value = profile_near(state, at, theta);
       if (!value.is_valid) return kInfinity;
-      if (by_theta != nullptr) *by_theta = gradient(value);
+      if (by_theta != nullptr) *by_theta = gradient(theta, value);
       return value.minus_log_likelihood;
     };
     const QuasiNewtonResult best =
@@ -450,10 +450,11 @@ LinearMixedProfile LindstromBates::profile_near(const LindstromBatesState& state
   return profile_at(there, theta, true);
 }
 
-VectorXd LindstromBates::gradient(const LinearMixedProfile& at) const {
+VectorXd LindstromBates::gradient(const VectorXd& theta, const LinearMixedProfile& at) const {
   VectorXd result = VectorXd::Zero(random_parameter_count() + variance_.parameter_count());
   for_each_term([&](std::size_t t, const RelativeFactor& factor, Index begin) {
-    result.segment(begin, factor.parameter_count()) = factor.gradient(at.by_factor[t]);
+    const auto own = theta.segment(begin, factor.parameter_count());
+    result.segment(begin, own.size()) = factor.gradient(own, at.by_factor[t]);
   });
   if (at.by_variance.size() > 0) result.tail(variance_.parameter_count()) = at.by_variance;
   return result;

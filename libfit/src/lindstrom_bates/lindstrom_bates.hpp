@@ -198,7 +198,7 @@ class LindstromBates {
   LinearMixedProfile profile_near(const LindstromBatesState& state,
                                   const Linearization& at,
                                   const VectorXd& theta);
-  VectorXd gradient(const LinearMixedProfile& at) const;
+  VectorXd gradient(const VectorXd& theta, const LinearMixedProfile& at) const;
 
   const NonlinearModel& model_;
   MixedEffectsOptions options_;

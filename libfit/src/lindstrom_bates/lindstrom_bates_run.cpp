@@ -117,7 +117,7 @@ class LindstromBates::Run {
     const SmoothFunction objective = [&](const VectorXd& theta, VectorXd* by_theta) {
       const LinearMixedProfile& value = profile(theta);
       if (!value.is_valid) return kInfinity;
-      if (by_theta != nullptr) *by_theta = engine_.gradient(value);
+      if (by_theta != nullptr) *by_theta = engine_.gradient(theta, value);
       return value.minus_log_likelihood;
     };
     // Before convergence, more digits than the accuracy of the linearization are useless.

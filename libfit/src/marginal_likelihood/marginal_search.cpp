@@ -225,7 +225,7 @@ void MarginalSearch::check_progress(double lowest) {
 double MarginalSearch::value_at(const VectorXd& x, VectorXd* gradient) {
   ++evaluations_;
   const MarginalValue value = likelihood_.evaluate(coordinates_.point(x), gradient != nullptr);
-  if (gradient != nullptr) *gradient = coordinates_.gradient(value);
+  if (gradient != nullptr) *gradient = coordinates_.gradient(x, value);
   if (!std::isfinite(value.minus_log_likelihood)) ++outside_;
   if (options_.trace) {
     options_.trace(fmt::format(

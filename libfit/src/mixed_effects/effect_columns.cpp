@@ -32,8 +32,12 @@ EffectColumns effect_columns(const NonlinearModel& model,
 std::vector<MatrixXd> forms_of(const EffectColumns& level) {
   std::vector<MatrixXd> result;
   const Index q = level.triangle.rows();
-  if (level.effects->covariance == Covariance::kIdentity) {
+  if (level.effects->has_equal_variances()) {
     result.emplace_back(level.triangle * level.triangle.transpose());
+    if (level.effects->covariance == Covariance::kCompoundSymmetry) {
+      const VectorXd sum = level.triangle.rowwise().sum();
+      result.emplace_back(sum * sum.transpose());
+    }
     return result;
   }
   Index begin = 0;

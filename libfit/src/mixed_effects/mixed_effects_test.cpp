@@ -415,6 +415,42 @@ TEST_CASE("a factor represents the covariances of its form") {
   CHECK(identity.from_factor(multiple)[0] == Approx(2.0).epsilon(1e-14));
 }
 
+TEST_CASE("compound symmetry has one variance and one correlation, down to its limits") {
+  const RandomEffects effects{.coefficients = {"a", "b", "c", "d"},
+                              .covariance = Covariance::kCompoundSymmetry};
+  const VectorXd scales = Eigen::Vector4d(0.5, 2.0, 10.0, 1.0);
+  const RelativeFactor form(effects, scales);
+  REQUIRE(form.parameter_count() == 2);
+  const MatrixXd units = scales.asDiagonal();
+  const double unit = std::pow(scales.prod(), -0.25);  // of the factor, so that its scale is one
+  for (const double correlation : {-1.0 / 3.0, -0.2, 0.0, 0.6, 1.0}) {
+    INFO(correlation);
+    MatrixXd own = MatrixXd::Constant(4, 4, 2.25 * correlation);
+    own.diagonal().setConstant(2.25);
+    const MatrixXd scaled = unit * unit * units.inverse() * own * units.inverse();
+    const VectorXd at = form.from_covariance(scaled);
+    // The eigenvalues of a matrix with equal elements off the diagonal.
+    CHECK(at[0] == Approx(1.5 * unit * unit * std::sqrt(1.0 - correlation)).margin(1e-7));
+    const MatrixXd factor = form.factor(at);
+    CHECK((factor * factor.transpose() - scaled).norm() < 1e-14 * scaled.norm() + 1e-15);
+    CHECK(MatrixXd(factor.triangularView<Eigen::StrictlyUpper>()).norm() == 0.0);
+    CHECK((form.from_factor(factor) - at).norm() < 1e-7);
+    for (const double sign : {1.0, -1.0}) {
+      const VectorXd moved = Eigen::Vector2d(sign * at[0], at[1]);
+      const MatrixXd by_factor = MatrixXd::Random(4, 4).triangularView<Eigen::Lower>();
+      const VectorXd gradient = form.gradient(moved, by_factor);
+      for (Index k = 0; k < 2; ++k) {
+        constexpr double kStep = 1e-5;
+        const VectorXd change = kStep * VectorXd::Unit(2, k);
+        const MatrixXd slope =
+            (form.factor(moved + change) - form.factor(moved - change)) / (2.0 * kStep);
+        // Central differences of second order.
+        CHECK(gradient[k] == Approx(slope.cwiseProduct(by_factor).sum()).margin(1e-8));
+      }
+    }
+  }
+}
+
 TEST_CASE("fits with confounded coefficients do not converge") {
   const Table table = one_way(2.0, 1.0);
   ModelSpecification model = specify_model("y ~ mu + nu", {}, table);

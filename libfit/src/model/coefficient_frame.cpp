@@ -81,7 +81,7 @@ double unit_of(const VectorXd& column, double length) {
 /// Begins and ends of the blocks of effects whose covariances are free.
 template <typename Visit>
 void for_each_free_block(const RandomEffects& random, const Visit& visit) {
-  if (random.covariance == Covariance::kIdentity) return;
+  if (random.has_equal_variances()) return;
   Index begin = 0;
   for (const int size : random.block_sizes()) {
     if (size > 1) visit(begin, begin + size);

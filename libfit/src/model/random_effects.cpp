@@ -136,7 +136,9 @@ std::vector<int> RandomEffects::block_sizes() const {
   const auto size = static_cast<int>(coefficients.size());
   if (size == 0) return {};
   if (covariance == Covariance::kBlock) return blocks;
-  if (covariance == Covariance::kGeneral) return {size};
+  const bool is_joint =
+      covariance == Covariance::kGeneral || covariance == Covariance::kCompoundSymmetry;
+  if (is_joint) return {size};
   return std::vector<int>(coefficients.size(), 1);
 }
 
@@ -211,8 +213,8 @@ Covariance parse_covariance(std::string_view text) {
   const std::optional<Covariance> found = find_word<Covariance>(text);
   if (found && *found != Covariance::kBlock) return *found;
   throw UsageError(
-      fmt::format("unknown covariance structure '{}'; available: general, diagonal, identity, and "
-                  "blocks by parentheses as in `random=(a + b) + c | plot`",
+      fmt::format("unknown covariance structure '{}'; available: general, diagonal, identity, "
+                  "compound-symmetry, and blocks by parentheses as in `random=(a + b) + c | plot`",
                   text));
 }
 

@@ -48,19 +48,20 @@ void add_smaller(const NonlinearModel& model,
                  std::vector<SmallerStructure>& result) {
   const RandomEffects& random = model.specification().random[term];
   if (random.coefficients.size() < 2) return;
+  const bool is_symmetric = random.covariance == Covariance::kCompoundSymmetry;
   const std::string of = model.term_count() > 1 ? " by " + random.group_name() : "";
-  for (std::size_t k = 0; k < random.coefficients.size(); ++k) {
+  for (std::size_t k = 0; !is_symmetric && k < random.coefficients.size(); ++k) {
     result.push_back(
         {.model = with_term(model, term, without(random, k)),
          .text = fmt::format("without the random effect of {}{}", random.coefficients[k], of),
          .term = term,
          .left_out = static_cast<Index>(k)});
   }
-  const bool is_correlated =
-      random.covariance == Covariance::kGeneral || random.covariance == Covariance::kBlock;
+  const bool is_correlated = is_symmetric || random.covariance == Covariance::kGeneral ||
+                             random.covariance == Covariance::kBlock;
   if (!is_correlated) return;
   RandomEffects independent = random;
-  independent.covariance = Covariance::kDiagonal;
+  independent.covariance = is_symmetric ? Covariance::kIdentity : Covariance::kDiagonal;
   independent.blocks.clear();
   result.push_back({.model = with_term(model, term, independent),
                     .text = "with independent random effects" + of,

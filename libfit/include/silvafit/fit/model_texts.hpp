@@ -17,8 +17,8 @@ struct ModelTexts {
   std::string formula{};
   std::vector<std::string> sub_models{};  ///< "b ~ 1 + C"
   std::string random{};                   ///< "a + b | plot"; empty: no random effects
-  /// general, diagonal or identity: one for all groupings, or one for each with the coarser first;
-  /// empty: general, or the blocks of `random`.
+  /// general, diagonal, identity or compound-symmetry: one for all groupings, or one for each with
+  /// the coarser first; empty: general, or the blocks of `random`.
   std::vector<std::string> covariance{};
   std::string variance{};     ///< "power"; empty: constant
   std::string correlation{};  ///< of the residuals, "car1(age)"; empty or "none": independent

@@ -12,9 +12,9 @@
 namespace silvafit::fit {
 
 /// The form of the covariance matrix Psi of a group's random effects.
-enum class Covariance { kGeneral, kDiagonal, kIdentity, kBlock };
-constexpr std::array<std::string_view, 4> words_of(Covariance /*covariance*/) {
-  return {"general", "diagonal", "identity", "block"};
+enum class Covariance { kGeneral, kDiagonal, kIdentity, kBlock, kCompoundSymmetry };
+constexpr std::array<std::string_view, 5> words_of(Covariance /*covariance*/) {
+  return {"general", "diagonal", "identity", "block", "compound-symmetry"};
 }
 
 /// Coefficients that vary between groups, written `a + b:C | plot`.
@@ -33,9 +33,13 @@ struct RandomEffects {
   /// independent.
   std::vector<int> blocks{};
 
-  /// Sizes of the blocks within which covariances are free: all in one for the general form, ones
-  /// for the diagonal form and multiples of the identity.
+  /// Sizes of the blocks within which covariances are not zero: all in one for the general form and
+  /// compound symmetry, ones for the diagonal form and multiples of the identity.
   std::vector<int> block_sizes() const;
+  /// Whether all effects have the same variance, and all pairs of them the same correlation.
+  bool has_equal_variances() const {
+    return covariance == Covariance::kIdentity || covariance == Covariance::kCompoundSymmetry;
+  }
   /// The coefficients as text, blocks in parentheses: "(a + b) + c".
   std::string text() const;
   /// The groups as text: "plot", or "stand/plot" if the labels hold within stands; of crossed terms
@@ -82,7 +86,8 @@ std::string outer_part(std::string_view outer);
 /// The label of a coarser group from that form.
 std::string without_escapes(std::string_view part);
 
-/// Reads general, diagonal or identity; blocks are made in the text of random effects.
+/// Reads general, diagonal, identity or compound-symmetry; blocks are made in the text of random
+/// effects.
 Covariance parse_covariance(std::string_view text);
 
 }  // namespace silvafit::fit

@@ -30,12 +30,13 @@ void each_setting(S& settings, Visit&& visit) {
                 "| stand/plot\" or \"a | stand; a + b | plot\" (\"stand/plot\" also there if "
                 "labels of plots recur in other stands); blocks: \"(a + b) + c | plot\"")
             .type("EFFECTS"));
-  visit(Setting("covariance",
-                settings.covariance,
-                "Covariance matrix of the random effects: general (default), diagonal or identity, "
-                "of all groupings or of each; parentheses in `random` make blocks")
-            .type("FORM,...")
-            .needs(!settings.random.empty(), "`random`"));
+  visit(
+      Setting("covariance",
+              settings.covariance,
+              "Covariance matrix of the random effects: general (default), diagonal, identity or "
+              "compound-symmetry, of all groupings or of each; parentheses in `random` make blocks")
+          .type("FORM,...")
+          .needs(!settings.random.empty(), "`random`"));
   visit(Setting("variance",
                 settings.variance,
                 "Variance function of the residuals: none (default), exponential, power or "
