@@ -31,19 +31,7 @@ void add_triangle(const MatrixXd& matrix, Target&& target) {
 CorrelatedSums::CorrelatedSums(const NonlinearModel& model,
                                const VarianceModel& variance,
                                Curvature curvature,
-                               const std::vector<Index>& random,
-                               bool with_slopes)
-    : CorrelatedSums(model,
-                     variance,
-                     curvature,
-                     correlated_terms(model, variance, curvature, random),
-                     random,
-                     with_slopes) {}
-
-CorrelatedSums::CorrelatedSums(const NonlinearModel& model,
-                               const VarianceModel& variance,
-                               Curvature curvature,
-                               const CorrelatedTerms& terms,
+                               const ObservationTerms& terms,
                                const std::vector<Index>& random,
                                bool with_slopes)
     : GroupSums(random),

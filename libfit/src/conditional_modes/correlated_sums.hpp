@@ -4,20 +4,20 @@
 
 #include <vector>
 
-#include "conditional_modes/correlated_terms.hpp"
 #include "conditional_modes/observation_sums.hpp"
 #include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
 
-/// The sums of CorrelatedTerms, with those between rows. A value that is not finite, or a
-/// correlation that is singular, makes a group's density NaN.
+/// The sums of ObservationTerms of correlated rows, with those between rows. A value that is not
+/// finite, or a correlation that is singular, makes a group's density NaN.
 class CorrelatedSums : public GroupSums {
  public:
   /// \param variance  with the correlation; outlives this object, as the model does
   CorrelatedSums(const NonlinearModel& model,
                  const VarianceModel& variance,
                  Curvature curvature,
+                 const ObservationTerms& terms,
                  const std::vector<Index>& random,
                  bool with_slopes);
 
@@ -46,12 +46,6 @@ class CorrelatedSums : public GroupSums {
              Workspace& workspace) const override;
 
  private:
-  CorrelatedSums(const NonlinearModel& model,
-                 const VarianceModel& variance,
-                 Curvature curvature,
-                 const CorrelatedTerms& terms,
-                 const std::vector<Index>& random,
-                 bool with_slopes);
   template <typename Use>
   void for_blocks(Index first, Index last, const Use& use) const;
   void hold_residuals(Index first, Index last, Workspace& workspace) const;

@@ -107,14 +107,10 @@ std::unique_ptr<GroupSums> make_group_sums(const NonlinearModel& model,
                                            Curvature curvature,
                                            const std::vector<Index>& random,
                                            bool with_slopes) {
+  const ObservationTerms terms = with_slopes ? observation_terms(model, variance, curvature, random)
+                                             : mode_terms(model, variance, curvature, random);
   if (variance.correlated() != nullptr) {
-    return std::make_unique<CorrelatedSums>(model, variance, curvature, random, with_slopes);
-  }
-  ObservationTerms terms;
-  if (with_slopes) {
-    terms = observation_terms(model, variance, curvature, random);
-  } else {
-    static_cast<ModeTerms&>(terms) = mode_terms(model, variance, curvature, random);
+    return std::make_unique<CorrelatedSums>(model, variance, curvature, terms, random, with_slopes);
   }
   return std::make_unique<ObservationSums>(model, variance, terms, random, with_slopes);
 }
