@@ -35,8 +35,7 @@ bool has_names(const data::SettingHead& setting) {
 
 }  // namespace
 
-std::optional<JsonReader> SettingsReader::find(std::string_view key) {
-  keys_.emplace_back(key);
+std::optional<JsonReader> SettingsReader::find(std::string_view key) const {
   auto json = json_.find(key);
   if (json && is_call_ && json->is_null()) return std::nullopt;
   return json;
