@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import pathlib
 import re
 import sys
@@ -19,6 +20,13 @@ def check_text(name: str, value: Any, is_optional: bool = True) -> None:
     """Refuses what is no text; None is an absent argument."""
     if not isinstance(value, str) and not (is_optional and value is None):
         raise UsageError(f"{value!r} is not a text", column=name)
+
+
+def path_text(name: str, value: Any) -> str:
+    """A path as text."""
+    text = value if isinstance(value, str) else os.fspath(value) if isinstance(value, os.PathLike) else None
+    check_text(name, text if isinstance(text, str) else value, is_optional=False)
+    return str(text)
 
 
 def check_number(name: str, value: Any) -> None:

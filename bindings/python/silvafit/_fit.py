@@ -2,6 +2,7 @@
 """Fitting, and what a fit is."""
 from __future__ import annotations
 
+import contextlib
 import os
 import pathlib
 from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
@@ -12,7 +13,7 @@ import pandas as pd
 from . import _core, _location
 from ._analysis import analysis
 from ._data import Frame, frame_of
-from ._errors import UsageError, check_text, warn_of
+from ._errors import UsageError, check_number, check_text, path_text, warn_of
 from ._estimates import model_frame
 from ._inference import Inference
 from ._listener import Listener
@@ -114,10 +115,11 @@ def _fitted(arguments: Dict[str, Any], data: Any, trace: bool) -> Tuple[Any, Fra
     frame = model_frame(data, keywords["parameters"], mentioned, response)
     if not set(names) <= set(frame.names):
         frame = frame_of(data)  # the message lists all columns
-    if keywords.get("bounds"):  # infinite ends are open
-        keywords["bounds"] = {name: [None if end is None or np.isinf(end) else end for end in ends] for name, ends in keywords["bounds"].items()}
+    with contextlib.suppress(TypeError, AttributeError):  # the libraries say what is no bound
+        keywords["bounds"] = {name: [None if end is None or np.isinf(end) else end for end in ends]  # infinite ends are open
+                              for name, ends in keywords.get("bounds", {}).items()}
     # A name of the formula that is no column may be a misspelt one.
-    keywords.update(columns=list(dict.fromkeys([*frame.names, *frame.table.names])), trace=bool(trace),
+    keywords.update(columns=list(dict.fromkeys([*frame.names, *frame.table.names])), trace=trace,
                     catalogue=_location.catalogue() if model else None)
     return analysis("fit", frame, listener=Listener(), **keywords).fits[0][1], frame
 
@@ -211,16 +213,17 @@ class Fit(Predictions, Inference):
 
     def to_json(self, path: Union[str, os.PathLike, None] = None, indent: int = -1) -> Optional[str]:
         """The fit as the program's JSON (docs/json.md), as text or into a file."""
-        text = self._core.to_json(indent)
+        check_number("indent", indent)
+        text = self._core.to_json(int(indent))
         if path is None:
             return text
-        pathlib.Path(path).write_text(text + "\n", encoding="utf-8")
+        pathlib.Path(path_text("path", path)).write_text(text + "\n", encoding="utf-8")
         return None
 
     @classmethod
     def from_json(cls, source: Union[str, os.PathLike]) -> "Fit":
         """Read a fit from JSON text, or from a file that `to_json` or ``silvafit fit --json`` wrote."""
-        text = os.fspath(source)
+        text = path_text("source", source)
         if text.lstrip().startswith("{"):
             return cls(_core.Fit.from_json(text, ""))
         return cls(_core.Fit.from_json(pathlib.Path(text).read_text(encoding="utf-8"), text))

@@ -238,6 +238,8 @@ def compare(*fits: Estimates, names: Optional[Sequence[str]] = None) -> pd.DataF
         if not isinstance(one, Estimates):
             raise UsageError(f"only fits can be compared, not {type(one).__name__}; give each as an argument, "
                              "compare(first, second)")
+    if isinstance(names, str) or not np.iterable([] if names is None else names):
+        raise UsageError(f"{names!r} is no list of names", column="names")
     labels = list(names) if names is not None else _names_of(fits)
     if len(labels) != len(fits):
         raise UsageError(f"there are {len(fits)} fits and {len(labels)} names", column="names")

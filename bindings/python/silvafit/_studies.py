@@ -12,7 +12,7 @@ import pandas as pd
 from . import _core, _location
 from ._analysis import Result, analysis
 from ._data import Frame, frame_of, has_geometry, source_of
-from ._errors import UsageError
+from ._errors import UsageError, check_text, path_text
 from ._fit import Fit
 from ._listener import Listener
 from ._predictions import coverage_of
@@ -229,6 +229,8 @@ class Library(Shown):
 
     def fit(self, response: str, species: Optional[str] = None, role: Optional[str] = None) -> Fit:
         """The only model of a response, a species and a role."""
+        for name, value in (("response", response), ("species", species), ("role", role)):
+            check_text(name, value, is_optional=name != "response")
         found = [one for one in self._core.models() if one["response"] == response
                  and (species is None or one["species"] == species) and (role is None or one["role"] == role)]
         if len(found) == 1:
@@ -266,7 +268,7 @@ class Library(Shown):
         """The library as JSON (docs/json.md), as text or into a file."""
         if path is None:
             return self._core.to_json()
-        self._core.write(os.fspath(path))
+        self._core.write(path_text("path", path))
         return None
 
     def __getstate__(self) -> dict:
@@ -289,7 +291,7 @@ def read_library(name_or_file: Path) -> Library:
     name_or_file : path or str
         Such as ``"study/library.json"`` or ``"shanxia-2023"``.
     """
-    return Library(_core.Library.read(os.fspath(name_or_file), _location.models_directory()))
+    return Library(_core.Library.read(path_text("name_or_file", name_or_file), _location.models_directory()))
 
 
 class Study(Shown):
