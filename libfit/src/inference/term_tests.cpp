@@ -176,15 +176,14 @@ void require_independent(const Eigen::MatrixXd& combinations,
       const double part = weights[j] * value_of(j) / scale[j];
       implied += part;
       size += std::abs(part);
-      others.push_back(
-          restriction_text(combinations.row(j), value_of(j), fit.coefficient_names));
+      others.push_back(restriction_text(combinations.row(j), value_of(j), fit.coefficient_names));
     }
     const bool follows = std::abs(implied - value_of(i) / scale[i]) <= kRounding * size;
-    throw UsageError(fmt::format(
-        "'{}' {} '{}'; omit one of them",
-        restriction_text(combinations.row(i), value_of(i), fit.coefficient_names),
-        follows ? "follows from" : "contradicts",
-        fmt::join(others, "' and '")));
+    throw UsageError(
+        fmt::format("'{}' {} '{}'; omit one of them",
+                    restriction_text(combinations.row(i), value_of(i), fit.coefficient_names),
+                    follows ? "follows from" : "contradicts",
+                    fmt::join(others, "' and '")));
   }
 }
 

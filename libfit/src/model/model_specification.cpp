@@ -465,12 +465,13 @@ void check_response(const ModelSpecification& specification, const data::Table& 
   };
   // A column may predict its ratio to another one.
   if (is_read(formula.left) || (own.size() == 1 && is_read(own.front()))) {
-    throw FormulaError(fmt::format("'{}' cannot predict itself; remove it from the right-hand side, "
-                                   "the sub-models, the groups, and the functions of the variance "
-                                   "and the correlation",
-                                   own.size() == 1 ? own.front() : formula.left),
-                       formula.text,
-                       formula.text.find(formula.left) + 1);
+    throw FormulaError(
+        fmt::format("'{}' cannot predict itself; remove it from the right-hand side, "
+                    "the sub-models, the groups, and the functions of the variance "
+                    "and the correlation",
+                    own.size() == 1 ? own.front() : formula.left),
+        formula.text,
+        formula.text.find(formula.left) + 1);
   }
   if (table.has(formula.left)) return;
   for (const std::string& name : own) {

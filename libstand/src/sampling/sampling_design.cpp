@@ -385,12 +385,11 @@ void SampleMaker::find_origin() {
   constexpr std::string_view kRemedy =
       "give the centers of plots as x and y in `plots`, in the coordinates of the trees";
   if (has_map || exceeds_circles()) {
-    throw InputError(
-        fmt::format("{}{}; {}",
-                    found,
-                    has_map ? "" : ", and they are farther apart than these are wide",
-                    kRemedy),
-        {.file = inventory_.file, .column = "x"});
+    throw InputError(fmt::format("{}{}; {}",
+                                 found,
+                                 has_map ? "" : ", and they are farther apart than these are wide",
+                                 kRemedy),
+                     {.file = inventory_.file, .column = "x"});
   }
   sample_.notes.push_back(
       fmt::format("{}, so positions do not choose the trees, and all are taken as counted; {}",

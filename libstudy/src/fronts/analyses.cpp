@@ -93,7 +93,9 @@ bool AnalysisCall::truth(std::string_view key) {
 }
 
 void AnalysisCall::read_names(std::string_view key, std::vector<std::string>& names) {
-  if (const auto json = find(key)) names = json->texts();
+  if (const auto json = find(key)) {
+    names = json->is_list() ? json->texts() : std::vector{json->any_text()};
+  }
 }
 
 std::size_t AnalysisCall::number(std::string_view key, std::size_t otherwise) {

@@ -74,11 +74,12 @@ std::string note_on_new_levels(const fit::ColumnLevels& levels, const Table& tab
     if (is_new[row] && std::ranges::find(shown, label) == shown.end()) shown.push_back(label);
   }
   if (shown.empty()) return {};
-  return fmt::format(
-      "column {} has levels that are not in the fit ({}): {} missing",
-      levels.column,
-      data::list_of(shown),
-      counted(static_cast<std::size_t>(std::ranges::count(is_new, true)), "prediction is", "predictions are"));
+  return fmt::format("column {} has levels that are not in the fit ({}): {} missing",
+                     levels.column,
+                     data::list_of(shown),
+                     counted(static_cast<std::size_t>(std::ranges::count(is_new, true)),
+                             "prediction is",
+                             "predictions are"));
 }
 
 /// Calibration is by the measured response, so that a missing column, text or an infinite value is
@@ -164,8 +165,8 @@ AnalysisWork predict_work(AnalysisCall& call) {
         rows_for(*fit, table_of(table), catalogue.get(), is_calibrated, result.warnings);
     const fit::Prediction found = fit::predict(*fit, rows, level, prediction_options(settings));
     if (says_new && (is_calibrated || level == fit::Level::kConditional)) {
-      result.warnings.push_back(note_on_new_groups(
-          fit->specification.random, rows, found.is_new_group, is_calibrated));
+      result.warnings.push_back(
+          note_on_new_groups(fit->specification.random, rows, found.is_new_group, is_calibrated));
     }
     for (const fit::ColumnLevels& levels : fit->levels) {
       result.warnings.push_back(note_on_new_levels(levels, rows));

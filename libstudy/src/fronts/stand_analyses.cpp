@@ -57,9 +57,9 @@ std::map<std::string, std::string> label_columns(const stand::Inventory& invento
 
 /// How many rows have no value, and the first of them; none if all have one.
 std::vector<std::string> without_value(const std::string& column,
-                          const std::vector<std::size_t>& rows,
-                          const std::vector<std::string>& flags,
-                          const data::Table& table) {
+                                       const std::vector<std::size_t>& rows,
+                                       const std::vector<std::string>& flags,
+                                       const data::Table& table) {
   if (rows.empty()) return {};
   return {fmt::format("{} no {}, the first: {}",
                       counted(rows.size(), "row has", "rows have"),
@@ -74,7 +74,8 @@ std::vector<std::string> warnings_on(const TablePrediction& found) {
   for (const PredictedResponse& response : found.predictions.responses) {
     std::vector<std::size_t> rows;
     for (std::size_t row = 0; row < flags.size(); ++row) {
-      if (std::isnan(response.value[row]) && !flags[row].starts_with("missing")) rows.push_back(row);
+      if (std::isnan(response.value[row]) && !flags[row].starts_with("missing"))
+        rows.push_back(row);
     }
     std::ranges::move(without_value(response.response + "_pred", rows, flags, found.table),
                       std::back_inserter(warnings));
@@ -222,8 +223,7 @@ AnalysisWork grow_work(AnalysisCall& call) {
              const AnalysisCallbacks& callbacks) {
     const auto catalogue = tree::BuilderCatalogue::load(models);
     const GrowResult found = grow(trees, catalogue, settings, callbacks);
-    return AnalysisResult{.json = json_text(json_of(found)),
-                          .warnings = notes_on(found.left_out)};
+    return AnalysisResult{.json = json_text(json_of(found)), .warnings = notes_on(found.left_out)};
   };
 }
 

@@ -44,7 +44,8 @@ void check(const data::Table& table, const ImputeOptions& options) {
   }
   require_numbers(table, {options.response});
   const auto values = table.numbers(options.response);
-  const auto infinite = std::ranges::find_if(values, [](double value) { return std::isinf(value); });
+  const auto infinite =
+      std::ranges::find_if(values, [](double value) { return std::isinf(value); });
   if (infinite != values.end()) {
     const auto row = static_cast<std::size_t>(infinite - values.begin());
     throw InputError("the value is not finite", data::place_of(table, row, options.response));

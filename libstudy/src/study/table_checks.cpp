@@ -158,11 +158,10 @@ void require_domain(const BaseModel& model, const data::Table& table) {
 void require_possible(const std::string& response, const data::Table& table) {
   const std::vector<std::size_t> rows = impossible_rows(response, table);
   if (rows.empty()) return;
-  throw DomainError(
-      fmt::format("{}; leave the field empty if {} was not measured",
-                  impossible_value(response, table, rows.front()),
-                  response),
-      data::place_of(table, rows.front(), response));
+  throw DomainError(fmt::format("{}; leave the field empty if {} was not measured",
+                                impossible_value(response, table, rows.front()),
+                                response),
+                    data::place_of(table, rows.front(), response));
 }
 
 std::string leave_out_impossible(const std::string& response, data::Table& table) {

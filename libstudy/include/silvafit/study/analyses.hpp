@@ -43,7 +43,7 @@ struct AnalysisResult {
   std::vector<std::size_t> rows{};  ///< of the input, from 0, that the first table has
   /// Columns of the input that the labels of tables are from, by the names of these.
   std::map<std::string, std::string> label_columns{};
-  std::string json{};               ///< what is no table; an object, or empty
+  std::string json{};  ///< what is no table; an object, or empty
   std::vector<std::pair<std::string, fit::FittedModel>> fits{};  ///< by label
   std::optional<ModelLibrary> library{};
   /// What was left out: rows, models, predictions; notes of rows say so, too.
