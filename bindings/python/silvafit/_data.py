@@ -292,26 +292,28 @@ def restored_labels(texts: List[str], restore: Any) -> list:
     return texts if restore is None else [value(text) for text in texts]
 
 
-def data_frame(table: Any, index: Optional[pd.Index] = None, labels: Optional[Dict[str, Any]] = None) -> pd.DataFrame:
+def data_frame(table: Any, index: Optional[pd.Index], labels: Dict[str, Any], are_data: bool = False) -> pd.DataFrame:
     """A table of the libraries as a DataFrame.
 
     Parameters
     ----------
     table : Table
     index : Index, optional
-    labels : dict, optional
-        How columns become those of the data again: whole numbers, booleans, and categories of other values.
+    labels : dict
+        How columns of labels become those of the data again: numbers, booleans, and categories of other values.
+    are_data : bool
+        Numbers have the types of the data, too.
     """
     columns = {}
     for name, values in table.columns():
         if isinstance(values, tuple):
             codes, texts = values
-            restore = (labels or {}).get(name)
+            restore = labels.get(name)
             with_none = np.empty(len(texts) + 1, object)
             for place, label in enumerate(restored_labels(texts, restore)):
                 with_none[place] = label
             labels_of_rows = pd.Series(with_none[codes], dtype=object)
             columns[name] = (labels_of_rows if restore is None else labels_of_rows.infer_objects()).array
         else:
-            columns[name] = _with_type(values, (labels or {}).get(name))
+            columns[name] = _with_type(values, labels.get(name) if are_data else None)
     return pd.DataFrame(columns, index=index)

@@ -308,7 +308,7 @@ class Estimates:
     @property
     def data(self) -> Optional[pd.DataFrame]:
         """The columns of the data that the model uses, or None for a fit from a file."""
-        return None if self._frame is None else data_frame(self._frame.table, self._frame.rows, self._frame.labels)
+        return None if self._frame is None else data_frame(self._frame.table, self._frame.rows, self._frame.labels, are_data=True)
 
     def _frame_for(self, data: Any, needs_response: bool = True) -> Frame:
         columns = list(self._core.columns)

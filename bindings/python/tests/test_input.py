@@ -258,3 +258,9 @@ def test_circles_on_a_map_count_the_trees_in_them():
             sf.stand_summary(moved, circles={0: 8})
     with pytest.raises(sf.InputError, match="origin or the centers of `?plots"):
         sf.stand_summary(trees, circles={0: 8}, plots={"plot": [1], "x": [500.0], "y": [0.0]})
+
+
+def test_measurements_of_whole_millimeters_are_not_rounded(inventory):
+    millimeters = (10 * inventory["dbh"]).round().astype(int)
+    units = sf.structural_units(inventory.assign(dbh=millimeters), columns={"dbh": "dbh/10"})
+    assert units["dbh"].to_numpy() == pytest.approx(millimeters[units.index].to_numpy() / 10, rel=1e-14)

@@ -157,7 +157,11 @@ void AnalysisCall::finish() const {
   known.insert(reader_.keys().begin(), reader_.keys().end());
   for (const auto& [name, value] : JsonReader::parse(input_.arguments, "").members()) {
     if (known.contains(name)) continue;
-    throw UsageError("unknown argument" + did_you_mean(name, reader_.keys()), {.column = name});
+    std::vector<std::string> shown = reader_.keys();
+    for (const char* const own : {"threads", "seed"}) {
+      if (std::ranges::find(others_, own) != others_.end()) shown.emplace_back(own);
+    }
+    throw UsageError("unknown argument" + did_you_mean(name, shown), {.column = name});
   }
 }
 

@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <memory>
+#include <utility>
+#include <variant>
 
 #include "fronts/call.hpp"
 #include "fronts/result_columns.hpp"
@@ -70,8 +73,9 @@ std::string note_on_new_levels(const fit::ColumnLevels& levels, const Table& tab
   const std::vector<bool> is_new = has_unknown_label(levels, table);
   std::vector<std::string> shown;
   for (std::size_t row = 0; row < is_new.size(); ++row) {
+    if (!is_new[row]) continue;
     const std::string label(labels[row]);
-    if (is_new[row] && std::ranges::find(shown, label) == shown.end()) shown.push_back(label);
+    if (std::ranges::find(shown, label) == shown.end()) shown.push_back(label);
   }
   if (shown.empty()) return {};
   return fmt::format("column {} has levels that are not in the fit ({}): {} missing",
@@ -103,15 +107,16 @@ void check_measured(const fit::FittedModel& fit, const Table& table) {
 
 /// The rows for a prediction. Those of a model of the catalogue are read as in files: codes of
 /// missing values are missing, and other values must be in its domain.
-Table rows_for(const fit::FittedModel& fit,
-               const Table& rows,
-               const Catalogue* catalogue,
-               bool is_calibrated,
-               std::vector<std::string>& warnings) {
-  if (is_calibrated) check_measured(fit, rows);
+std::shared_ptr<const Table> rows_for(const fit::FittedModel& fit,
+                                      const data::TableSource& source,
+                                      const Catalogue* catalogue,
+                                      bool is_calibrated,
+                                      std::vector<std::string>& warnings) {
+  auto rows = std::get<std::shared_ptr<const Table>>(source);
+  if (is_calibrated) check_measured(fit, *rows);
   const BaseModel* const model = base_model_of(fit, catalogue);
   if (model == nullptr) return rows;
-  Table table = rows;
+  Table table = *rows;
   data::MissingCodes codes;
   std::vector<std::string> names = model->covariates;
   names.push_back(model->response);
@@ -125,7 +130,7 @@ Table rows_for(const fit::FittedModel& fit,
   if (!codes.empty()) warnings.push_back("codes read as missing values: " + codes.text());
   require_domain_of_covariates(*model, table);
   if (is_calibrated) require_possible(model->response, table);
-  return table;
+  return std::make_shared<const Table>(std::move(table));
 }
 
 /// The catalogue, if a fit is of one of its models.
@@ -161,15 +166,14 @@ AnalysisWork predict_work(AnalysisCall& call) {
     const fit::Level level = settings.level;
     const bool is_calibrated = level == fit::Level::kCalibrated;
     AnalysisResult result;
-    const Table rows =
-        rows_for(*fit, table_of(table), catalogue.get(), is_calibrated, result.warnings);
-    const fit::Prediction found = fit::predict(*fit, rows, level, prediction_options(settings));
+    const auto rows = rows_for(*fit, table, catalogue.get(), is_calibrated, result.warnings);
+    const fit::Prediction found = fit::predict(*fit, *rows, level, prediction_options(settings));
     if (says_new && (is_calibrated || level == fit::Level::kConditional)) {
       result.warnings.push_back(
-          note_on_new_groups(fit->specification.random, rows, found.is_new_group, is_calibrated));
+          note_on_new_groups(fit->specification.random, *rows, found.is_new_group, is_calibrated));
     }
     for (const fit::ColumnLevels& levels : fit->levels) {
-      result.warnings.push_back(note_on_new_levels(levels, rows));
+      result.warnings.push_back(note_on_new_levels(levels, *rows));
     }
     std::erase(result.warnings, "");
     result.tables.emplace_back("rows", table_of_prediction(found, settings.interval_kind));
@@ -187,8 +191,8 @@ AnalysisWork calibrate_work(AnalysisCall& call) {
           catalogue = catalogue_for(call.fit(), call),
           options](const AnalysisCallbacks& /*callbacks*/) {
     AnalysisResult result;
-    const Table rows = rows_for(*fit, table_of(table), catalogue.get(), true, result.warnings);
-    const fit::Calibration found = fit::calibrate(*fit, rows, options);
+    const auto rows = rows_for(*fit, table, catalogue.get(), true, result.warnings);
+    const fit::Calibration found = fit::calibrate(*fit, *rows, options);
     const fit::CalibratedEffects& last = found.random.back();
     Table groups(last.labels.size());
     groups.set("label", texts(last.labels, std::identity()));
