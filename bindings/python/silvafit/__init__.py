@@ -7,7 +7,7 @@ import pandas as _pd
 from . import _location
 from ._core import __version__
 from ._errors import (ConvergenceWarning, DomainError, Error, FileError, FormulaError, GeometryError,
-                      InputError, NumericalError, UsageError)
+                      InputError, NumericalError, SilvafitWarning, UsageError)
 from ._fit import Fit, fit
 from ._inference import Bootstrap, compare
 from ._predictions import Prediction
@@ -18,7 +18,7 @@ from ._trees import View, grow, view
 
 __all__ = [
     "Bootstrap", "ConvergenceWarning", "DomainError", "Error", "FileError", "Fit", "FormulaError", "GeometryError",
-    "InputError", "Library", "NumericalError", "Prediction", "Stand", "Study", "Summary", "UsageError", "View", "compare", "fit",
+    "InputError", "Library", "NumericalError", "Prediction", "SilvafitWarning", "Stand", "Study", "Summary", "UsageError", "View", "compare", "fit",
     "grow", "impute", "models", "read_library", "stand_growth", "stand_summary", "structural_units", "study", "view",
 ]
 

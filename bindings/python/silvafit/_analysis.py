@@ -5,14 +5,15 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
-from typing import Any, Dict, List, Optional, Tuple
+from typing import Any, Dict, List, Optional, Tuple, Union
 
 import numpy as np
 import pandas as pd
 
 from . import _core, _location
-from ._data import data_frame
-from ._errors import UsageError
+from ._data import Frame, data_frame
+from ._errors import UsageError, located_in, warn, with_labels
+from ._listener import Listener
 
 
 @dataclasses.dataclass
@@ -24,9 +25,10 @@ class Result:
     json: dict
     fits: List[Tuple[str, Any]]
     library: Any
+    labels: Dict[str, Any]  #: how labels become those of the data again, by column of the tables
 
     def frame(self, name: str, index: Optional[pd.Index] = None) -> pd.DataFrame:
-        return data_frame(self.tables[name], index)
+        return data_frame(self.tables[name], index, self.labels)
 
 
 def _plain(value: Any) -> Any:
@@ -48,20 +50,28 @@ def _text_of(name: str, value: Any) -> str:
 
 
 def analysis(
-    name: str, table: Any = None, *, fits: Any = (), library: Any = None, plots: Any = None, listener: Any = None,
-    catalogue: Any = None, **arguments: Any,
+    name: str, data: Union[Frame, str, None] = None, *, fits: Any = (), library: Any = None, plots: Any = None,
+    listener: Optional[Listener] = None, catalogue: Any = None, **arguments: Any,
 ) -> Result:
-    """Run an analysis (study/analyses.hpp).
+    """Run an analysis (study/analyses.hpp). Errors, notes and warnings name rows by the index of the data.
 
     Parameters
     ----------
-    table, plots : Table, path or None
+    data : Frame, path or None
+    plots : Table, path or None
     fits, library, catalogue : objects of the extension
     listener : Listener, optional
     **arguments
         None is an argument that is not given.
     """
+    table, index, labels = (data.table, data.rows, data.labels) if isinstance(data, Frame) else (data, None, {})
+    if listener is not None:
+        listener.index = index
     text = "{" + ", ".join(_text_of(key, value) for key, value in arguments.items() if value is not None) + "}"
-    found = _core.analysis(name, text, table, plots, list(fits), library, str(_location.data_directory()), catalogue, listener)
+    with located_in(index):
+        found = _core.analysis(name, text, table, plots, list(fits), library, str(_location.data_directory()), catalogue, listener)
+    for warning in found["warnings"]:
+        warn(with_labels(warning, index))
+    sources = {column: labels[source] for column, source in found["label_columns"].items() if source in labels}
     return Result(found["tables"], np.asarray(found["rows"], dtype=np.intp), json.loads(found["json"] or "{}"),
-                  found["fits"], found["library"])
+                  found["fits"], found["library"], {**labels, **sources})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from typing import Any, Callable, Collection, Dict, List, Mapping, Optional, Tuple
+from typing import Any, Callable, Collection, Dict, List, Mapping, Optional, Tuple, Union
 
 import numpy as np
 import pandas as pd
@@ -24,7 +24,7 @@ class Frame:
     table: Any
     index: Optional[pd.Index]
     names: List[str]  #: of all columns of the data, also those that the table lacks
-    labels: Dict[str, Any]  #: how texts of label columns become values again
+    labels: Dict[str, Any]  #: how texts of label columns become values again: int, float, bool, or values by text
 
     @property
     def rows(self) -> pd.Index:
@@ -59,9 +59,11 @@ def _text_column(codes: Any, values: Any) -> Tuple[Any, Any]:
 
 
 def text_of(value: Any) -> str:
-    """A label; whole numbers have no decimals."""
+    """A label; whole numbers have no decimals, and midnights are dates."""
     if isinstance(value, bytes):
         return value.decode()
+    if isinstance(value, pd.Timestamp):
+        return str(value.date() if value == value.normalize() and value.tz is None else value)
     if isinstance(value, (float, np.floating)) and float(value).is_integer():
         return str(int(value))
     return str(value)
@@ -84,12 +86,15 @@ def _objects(values: Any) -> Tuple[Any, Any]:
     texts = _core.text(values)
     if texts is not None:
         return texts, None
+    # An empty text is a missing value, as in files.
+    values = np.array(values)
+    values[[isinstance(value, str) and not value.strip() for value in values]] = None
     kind = pd.api.types.infer_dtype(values, skipna=True)
     if kind == "integer" and any(abs(value) > _LARGEST_EXACT for value in values[~pd.isna(values)]):
         return _labels(values)
     if kind in ("integer", "floating", "mixed-integer-float", "decimal", "boolean"):
         numbers = pd.to_numeric(pd.Series(values).astype(object), errors="coerce")
-        return numbers.to_numpy(np.float64, na_value=np.nan), {"integer": int, "boolean": bool}.get(kind)
+        return numbers.to_numpy(np.float64, na_value=np.nan), {"integer": int, "boolean": bool}.get(kind, float)
     if kind == "empty":
         return np.full(len(values), np.nan), None
     return _labels(values)
@@ -131,11 +136,9 @@ def _converted(values: pd.Series) -> Tuple[Any, Any]:
     if kinds.is_integer_dtype(dtype):
         return _objects(values.to_numpy(object, na_value=None)) if values.isna().any() else _integers(values.to_numpy())
     if kinds.is_float_dtype(dtype):
-        return values.to_numpy() if isinstance(dtype, np.dtype) else values.to_numpy(np.float64, na_value=np.nan), None
+        return values.to_numpy() if isinstance(dtype, np.dtype) else values.to_numpy(np.float64, na_value=np.nan), float
     if kinds.is_datetime64_any_dtype(dtype) or kinds.is_timedelta64_dtype(dtype):
-        texts = np.array(values.astype(str), dtype=object)
-        texts[values.isna()] = None
-        return _objects(texts)
+        return _labels(values)
     is_text = not isinstance(dtype, np.dtype) and kinds.is_string_dtype(dtype)
     return _objects(values.to_numpy(object, na_value=None) if is_text else np.asarray(values, dtype=object))
 
@@ -264,12 +267,9 @@ def frame_of(data: Any, choose: Optional[Choice] = None) -> Frame:
     return Frame(_core.table(rows, converted), index, names, labels)
 
 
-def source_of(data: Any) -> Tuple[Any, Optional[Frame]]:
-    """What the libraries read: a path, or a table with its frame."""
-    if isinstance(data, (str, os.PathLike)):
-        return os.fspath(data), None
-    frame = frame_of(data)
-    return frame.table, frame
+def source_of(data: Any) -> Union[str, Frame]:
+    """A path, or a table."""
+    return os.fspath(data) if isinstance(data, (str, os.PathLike)) else frame_of(data)
 
 
 def _with_type(values: np.ndarray, restore: Any) -> np.ndarray:
@@ -280,37 +280,40 @@ def _with_type(values: np.ndarray, restore: Any) -> np.ndarray:
 
 
 def restored_labels(texts: List[str], restore: Any) -> list:
-    """Labels of groups with the types that their column has."""
-    if restore is int:
-        return [int(float(text)) for text in texts]
-    if restore is bool:
-        return [float(text) != 0.0 for text in texts]
-    if isinstance(restore, dict):
-        return [restore.get(text, text) for text in texts]
-    return texts
+    """Labels with the types that their column has; other texts, such as that of all groups, remain."""
+    def value(text: str) -> Any:
+        if isinstance(restore, dict):
+            return restore.get(text, text)
+        try:
+            return restore(float(text))
+        except ValueError:
+            return text
+
+    return texts if restore is None else [value(text) for text in texts]
 
 
-def data_frame(table: Any, index: Optional[pd.Index] = None, labels: Optional[Dict[str, Any]] = None) -> pd.DataFrame:
+def data_frame(table: Any, index: Optional[pd.Index], labels: Dict[str, Any], are_data: bool = False) -> pd.DataFrame:
     """A table of the libraries as a DataFrame.
 
     Parameters
     ----------
     table : Table
     index : Index, optional
-    labels : dict, optional
-        How columns become those of the data again: whole numbers, booleans, and categories of other values.
+    labels : dict
+        How columns of labels become those of the data again: numbers, booleans, and categories of other values.
+    are_data : bool
+        Numbers have the types of the data, too.
     """
     columns = {}
     for name, values in table.columns():
         if isinstance(values, tuple):
             codes, texts = values
+            restore = labels.get(name)
             with_none = np.empty(len(texts) + 1, object)
-            with_none[:-1] = texts
-            with_none[-1] = None
-            restore = (labels or {}).get(name)
-            if isinstance(restore, dict):
-                with_none[:-1] = [restore.get(text, text) for text in texts]
-            columns[name] = with_none[codes]
+            for place, label in enumerate(restored_labels(texts, restore)):
+                with_none[place] = label
+            labels_of_rows = pd.Series(with_none[codes], dtype=object)
+            columns[name] = (labels_of_rows if restore is None else labels_of_rows.infer_objects()).array
         else:
-            columns[name] = _with_type(values, (labels or {}).get(name))
+            columns[name] = _with_type(values, labels.get(name) if are_data else None)
     return pd.DataFrame(columns, index=index)

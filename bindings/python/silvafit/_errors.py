@@ -3,16 +3,30 @@
 from __future__ import annotations
 
 import contextlib
+import os
+import pathlib
+import re
+import sys
 import warnings
-from typing import Any, Iterator, Optional
+from typing import Any, Iterator, Optional, Union
 
 import numpy as np
+
+_PACKAGE = str(pathlib.Path(__file__).parent)
+_LINE = re.compile(r"\bline (\d+)\b")
 
 
 def check_text(name: str, value: Any, is_optional: bool = True) -> None:
     """Refuses what is no text; None is an absent argument."""
     if not isinstance(value, str) and not (is_optional and value is None):
         raise UsageError(f"{value!r} is not a text", column=name)
+
+
+def path_text(name: str, value: Any) -> str:
+    """A path as text."""
+    text = value if isinstance(value, str) else os.fspath(value) if isinstance(value, os.PathLike) else None
+    check_text(name, text if isinstance(text, str) else value, is_optional=False)
+    return str(text)
 
 
 def check_number(name: str, value: Any) -> None:
@@ -30,7 +44,7 @@ class Error(Exception):
     column : str or None
         Column of the data, or name of an argument.
     row : object
-        Label of the row in the index of the data, or None.
+        Label of the row in the index of the data (of data without an index its number from 0), or None.
     line : int or None
         Line in a file, or number of the row from 1.
     file, plot, tree, model : str or None
@@ -59,8 +73,6 @@ class Error(Exception):
             text = f"{self.file}:{self.line}: {text}" if self.line else f"{self.file}: {text}"
         elif self.row is not None:
             text = f"row {self.row!r}: {text}"
-        elif self.line:
-            text = f"row number {self.line}: {text}"
         of = ((word, getattr(self, word)) for word in ("plot", "tree", "model"))
         subject = ", ".join(f"{word} {value}" for word, value in of if value)
         return f"{text} ({subject})" if subject else text
@@ -111,7 +123,11 @@ KINDS = {"formula": FormulaError, "usage": UsageError, "domain": DomainError, "i
          "geometry": GeometryError, "io": FileError, "other": Error}
 
 
-class ConvergenceWarning(UserWarning):
+class SilvafitWarning(UserWarning):
+    """What was left out or is in doubt: rows, models, predictions, names and units of the data. Base of all warnings."""
+
+
+class ConvergenceWarning(SilvafitWarning):
     """A fit did not converge, or is a boundary (singular) fit.
 
     Attributes
@@ -128,20 +144,42 @@ class ConvergenceWarning(UserWarning):
         return f"{self.args[0]} (status: {self.status})"
 
 
-def warn_of(fit: Any, stacklevel: int) -> None:
+def warn(warning: Union[str, SilvafitWarning]) -> None:
+    """Warns at the line that called the package."""
+    frame, level = sys._getframe(1), 2
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(_PACKAGE):
+        frame, level = frame.f_back, level + 1
+    warnings.warn(warning, SilvafitWarning, stacklevel=level)
+
+
+def warn_of(fit: Any) -> None:
     """Warns unless a fit converged inside its range, and of doubts about its names and its response."""
     if fit.status not in ("converged", "perfect_fit", "published"):
-        warnings.warn(ConvergenceWarning(fit.verdict, fit.status), stacklevel=stacklevel + 1)
+        warn(ConvergenceWarning(fit.verdict, fit.status))
     elif fit.status != "published" and fit._core.has_doubts:
-        warnings.warn(fit.verdict, stacklevel=stacklevel + 1)
+        warn(fit.verdict)
+
+
+def with_labels(text: str, index: Any) -> str:
+    """A message of the libraries, where lines of data in memory are rows of their index (None: a file)."""
+    if index is None:
+        return text
+
+    def label(match: Any) -> str:
+        number = int(match.group(1))
+        return f"row {index[number - 1]!r}" if number <= len(index) else match.group(0)
+
+    return _LINE.sub(label, text)
 
 
 @contextlib.contextmanager
 def located_in(index: Any) -> Iterator[None]:
-    """Errors inside name rows by the labels of an index (None: the data have none)."""
+    """Errors inside name rows by the labels of an index (None: a file)."""
     try:
         yield
     except Error as error:
-        if index is not None and not error.file and error.line and error.line <= len(index):
-            error.row = index[error.line - 1]
+        if index is not None and not error.file:
+            error.message = with_labels(error.message, index)
+            if error.line and error.line <= len(index):
+                error.row = index[error.line - 1]
         raise

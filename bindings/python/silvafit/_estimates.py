@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import functools
 import json
-import warnings
 from typing import Any, Callable, Dict, List, Optional, Tuple, TypeVar, Union, cast
 
 import numpy as np
@@ -13,7 +12,7 @@ import pandas as pd
 
 from . import _core
 from ._data import Frame, data_frame, frame_of, restored_labels
-from ._errors import UsageError, located_in
+from ._errors import UsageError, located_in, warn
 
 #: What indices need of an inventory.
 _INVENTORY = ("plot", "tree", "species", "x", "y", "dbh", "h", "cw", "cr_e", "cr_w", "cr_s", "cr_n")
@@ -34,10 +33,10 @@ def model_frame(data: Any, texts: List[str], mentioned: List[str], response: str
     frame = frame_of(data, choose)
     if not computed and response in ("", *frame.table.names):
         return frame
-    with located_in(frame.index):
+    with located_in(frame.rows):
         table, notes = _core.with_computed(frame.table, computed, response)
     for note in notes:
-        warnings.warn(note, stacklevel=4)
+        warn(note)
     keep = [(name, column) for name, column in table.columns() if name in {*mentioned, response}]
     return dataclasses.replace(frame, table=_core.table(table.rows, keep))
 
@@ -309,7 +308,7 @@ class Estimates:
     @property
     def data(self) -> Optional[pd.DataFrame]:
         """The columns of the data that the model uses, or None for a fit from a file."""
-        return None if self._frame is None else data_frame(self._frame.table, self._frame.rows, self._frame.labels)
+        return None if self._frame is None else data_frame(self._frame.table, self._frame.rows, self._frame.labels, are_data=True)
 
     def _frame_for(self, data: Any, needs_response: bool = True) -> Frame:
         columns = list(self._core.columns)

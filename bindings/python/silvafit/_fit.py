@@ -2,6 +2,7 @@
 """Fitting, and what a fit is."""
 from __future__ import annotations
 
+import contextlib
 import os
 import pathlib
 from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
@@ -12,7 +13,7 @@ import pandas as pd
 from . import _core, _location
 from ._analysis import analysis
 from ._data import Frame, frame_of
-from ._errors import UsageError, check_text, located_in, warn_of
+from ._errors import UsageError, check_number, check_text, path_text, warn_of
 from ._estimates import model_frame
 from ._inference import Inference
 from ._listener import Listener
@@ -66,9 +67,9 @@ def fit(formula: str, data: Any, *, parameters: Parameters = None, threads: int 
     -----
     ConvergenceWarning
         If the fit has not converged, or is a boundary (singular) fit.
-    UserWarning
-        If a name that was taken as a parameter may be a misspelt column, or the response has the values
-        of another distribution, such as 0 and 1.
+    SilvafitWarning
+        If a name that was taken as a parameter may be a misspelt column, sizes of trees seem to have another
+        unit, or the response has the values of another distribution, such as 0 and 1.
 
     Raises
     ------
@@ -93,10 +94,13 @@ def fit(formula: str, data: Any, *, parameters: Parameters = None, threads: int 
         arguments["derive"] = [f"{name} = {text}" for name, text in derive.items()]
     arguments["covariance"] = word("covariance", arguments.get("covariance"), is_optional=True)
     if arguments.get("method") in ("ML", "REML"):  # nlme's words
-        arguments.update(method=None, reml=arguments["method"] == "REML")
+        reml = arguments["method"] == "REML"
+        if arguments.get("reml") not in (None, reml):
+            raise UsageError(f"is {not reml}, but method is {arguments['method']!r}; give one of them", column="reml")
+        arguments.update(method=None, reml=reml)
     core, frame = _fitted(arguments, data, trace)
     made = Fit(core, frame, arguments)
-    warn_of(made, stacklevel=2)
+    warn_of(made)
     return made
 
 
@@ -111,13 +115,13 @@ def _fitted(arguments: Dict[str, Any], data: Any, trace: bool) -> Tuple[Any, Fra
     frame = model_frame(data, keywords["parameters"], mentioned, response)
     if not set(names) <= set(frame.names):
         frame = frame_of(data)  # the message lists all columns
-    if keywords.get("bounds"):  # infinite ends are open
-        keywords["bounds"] = {name: [None if end is None or np.isinf(end) else end for end in ends] for name, ends in keywords["bounds"].items()}
+    with contextlib.suppress(TypeError, AttributeError):  # the libraries say what is no bound
+        keywords["bounds"] = {name: [None if end is None or np.isinf(end) else end for end in ends]  # infinite ends are open
+                              for name, ends in keywords.get("bounds", {}).items()}
     # A name of the formula that is no column may be a misspelt one.
-    keywords.update(columns=list(dict.fromkeys([*frame.names, *frame.table.names])), trace=bool(trace),
+    keywords.update(columns=list(dict.fromkeys([*frame.names, *frame.table.names])), trace=trace,
                     catalogue=_location.catalogue() if model else None)
-    with located_in(frame.index):
-        return analysis("fit", frame.table, listener=Listener(), **keywords).fits[0][1], frame
+    return analysis("fit", frame, listener=Listener(), **keywords).fits[0][1], frame
 
 
 def formula_of(text: str) -> Tuple[Optional[str], str]:
@@ -166,6 +170,8 @@ class Fit(Predictions, Inference):
             Such as ``random="a + b | plot"``, or ``variance=None`` for none.
         """
         arguments = {**(self._arguments or self._stored_arguments()), **changes}
+        if "method" in changes and "reml" not in changes:  # ML and REML are methods, too
+            arguments["reml"] = None if changes["method"] in ("ML", "REML") else arguments.get("reml")
         if formula is not None:
             arguments["formula"] = formula
         return fit(data=self._own_frame("update()") if data is None else data, **arguments)
@@ -207,16 +213,17 @@ class Fit(Predictions, Inference):
 
     def to_json(self, path: Union[str, os.PathLike, None] = None, indent: int = -1) -> Optional[str]:
         """The fit as the program's JSON (docs/json.md), as text or into a file."""
-        text = self._core.to_json(indent)
+        check_number("indent", indent)
+        text = self._core.to_json(int(indent))
         if path is None:
             return text
-        pathlib.Path(path).write_text(text + "\n", encoding="utf-8")
+        pathlib.Path(path_text("path", path)).write_text(text + "\n", encoding="utf-8")
         return None
 
     @classmethod
     def from_json(cls, source: Union[str, os.PathLike]) -> "Fit":
         """Read a fit from JSON text, or from a file that `to_json` or ``silvafit fit --json`` wrote."""
-        text = os.fspath(source)
+        text = path_text("source", source)
         if text.lstrip().startswith("{"):
             return cls(_core.Fit.from_json(text, ""))
         return cls(_core.Fit.from_json(pathlib.Path(text).read_text(encoding="utf-8"), text))

@@ -2,14 +2,13 @@
 """Intervals, tests, resampling, and comparisons of fits."""
 from __future__ import annotations
 
-import warnings
 from typing import Any, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 import pandas as pd
 
 from ._analysis import Result, analysis
-from ._errors import UsageError, check_number, check_text, located_in
+from ._errors import UsageError, check_number, check_text, warn
 from ._estimates import Estimates
 from ._listener import Listener
 from ._restrictions import linear_restrictions
@@ -42,7 +41,7 @@ class Inference(Estimates):
         """
         frame = self._own_frame("intervals()")
         check_text("method", method, is_optional=False)
-        found = analysis("intervals", frame.table, fits=[self._core], method=method, level=level, threads=threads)
+        found = analysis("intervals", frame, fits=[self._core], method=method, level=level, threads=threads)
         result = found.frame("parameters").set_index("name")
         result.attrs.update(found.json, method=method, level=level)
         return result
@@ -129,7 +128,7 @@ class Inference(Estimates):
             With the index of the data, NaN for skipped rows, and columns 0, 1, ... `count` - 1.
         """
         frame = self._own_frame("simulate()")
-        found = analysis("simulate", frame.table, fits=[self._core], count=count, seed=seed)
+        found = analysis("simulate", frame, fits=[self._core], count=count, seed=seed)
         result = np.full((frame.table.rows, count), np.nan)
         result[found.rows] = found.frame("rows").to_numpy()
         return pd.DataFrame(result, frame.rows)
@@ -177,8 +176,8 @@ class Inference(Estimates):
     def _resampled(self, name: str, progress: Optional[bool], **settings: Any) -> Result:
         frame = self._own_frame(f"{name}()")
         refit = {key: self._arguments[key] for key in ("hold", "bounds", "maximum_iterations") if self._arguments.get(key) is not None}
-        with Listener(progress) as listener, located_in(frame.index):
-            return analysis(name, frame.table, fits=[self._core], listener=listener, refit=refit, **settings)
+        with Listener(progress) as listener:
+            return analysis(name, frame, fits=[self._core], listener=listener, refit=refit, **settings)
 
 
 class Bootstrap(Shown):
@@ -232,13 +231,15 @@ def compare(*fits: Estimates, names: Optional[Sequence[str]] = None) -> pd.DataF
 
     Warns
     -----
-    UserWarning
+    SilvafitWarning
         If the likelihoods cannot be compared.
     """
     for one in fits:
         if not isinstance(one, Estimates):
             raise UsageError(f"only fits can be compared, not {type(one).__name__}; give each as an argument, "
                              "compare(first, second)")
+    if isinstance(names, str) or not np.iterable([] if names is None else names):
+        raise UsageError(f"{names!r} is no list of names", column="names")
     labels = list(names) if names is not None else _names_of(fits)
     if len(labels) != len(fits):
         raise UsageError(f"there are {len(fits)} fits and {len(labels)} names", column="names")
@@ -252,7 +253,7 @@ def compare(*fits: Estimates, names: Optional[Sequence[str]] = None) -> pd.DataF
     result.index = pd.Index([labels[number] for number in order["fit"].astype(int)], name="name")
     result.attrs["not_converged"] = [labels[number] for number in found.json["failed"]]
     if found.json["reason"]:
-        warnings.warn(f"the fits cannot be compared: {found.json['reason']}", stacklevel=2)
+        warn(f"the fits cannot be compared: {found.json['reason']}")
     return result
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import logging
-import re
 import sys
 from typing import Any, List, Optional
 
+from ._errors import with_labels
+
 logger = logging.getLogger("silvafit")
-_LINE = re.compile(r"\bline (\d+)\b")
 
 
 def _bar_class(progress: Optional[bool]) -> Any:
@@ -31,36 +31,23 @@ class Listener:
     ----------
     progress : bool, optional
         Whether to show a bar; None: if standard error is a terminal and tqdm is installed.
-    index : Index, optional
-        Of data in memory, whose rows notes name.
     """
 
-    def __init__(self, progress: Optional[bool] = False, index: Any = None):
+    def __init__(self, progress: Optional[bool] = False):
         self.notes: List[str] = []
-        self._index = index
+        self.index: Any = None  #: of data in memory, whose rows notes name
         self._bar_class = _bar_class(progress)
         self._bar: Any = None
 
     def __call__(self, kind: str, text: str, done: int, total: int) -> None:
         if kind == "note":
-            text = self._with_labels(text)
+            text = with_labels(text, self.index)
             self.notes.append(text)
             logger.info("%s", text)
         elif kind == "line":
             print(text, file=sys.stderr)
         elif self._bar_class is not None:
             self._show(text, done, total)
-
-    def _with_labels(self, note: str) -> str:
-        """Lines of a table in memory are rows of the data."""
-        if self._index is None:
-            return note
-
-        def label(match: Any) -> str:
-            number = int(match.group(1))
-            return f"row {self._index[number - 1]!r}" if number <= len(self._index) else match.group(0)
-
-        return _LINE.sub(label, note)
 
     def _show(self, stage: str, done: int, total: int) -> None:
         if self._bar is None or self._bar.desc != f"{stage}: ":

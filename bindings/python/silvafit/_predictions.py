@@ -2,15 +2,15 @@
 """Predictions, fitted values and residuals."""
 from __future__ import annotations
 
-import warnings
 from typing import Any, List, Optional, Union
 
 import numpy as np
 import pandas as pd
 
+from . import _location
 from ._analysis import Result, analysis
 from ._data import Frame, restored_labels
-from ._errors import InputError, check_text, located_in
+from ._errors import InputError, UsageError, check_number, check_text
 from ._estimates import Estimates
 from ._words import word
 
@@ -24,7 +24,7 @@ class Predictions(Estimates):
         level: Union[str, int] = "conditional",
         interval: Optional[str] = None,
         *,
-        coverage: float = 0.95,
+        coverage: Optional[float] = None,
         standard_errors: bool = False,
         new_groups: Optional[str] = None,
         seen_groups: str = "fitted",
@@ -43,27 +43,29 @@ class Predictions(Estimates):
             in R. 0 and 1 are nlme's numbers of population and conditional.
         interval : {"prediction", "confidence"}, optional
             Interval of a new observation, or of the mean.
-        coverage : float
-            Of the interval.
+        coverage : float, optional
+            Of the interval; default: 0.95.
         standard_errors : bool
             Whether to add the standard error of what the interval is for.
         new_groups : {"population", "marginal", "missing", "error"}, optional
             What a conditional or calibrated prediction is for groups of which nothing is known. Default:
-            population, with a warning that names new groups of conditional predictions.
+            population, with a warning that names these groups.
         seen_groups : {"fitted", "new", "combined"}
-            Of calibrated predictions: random effects of groups that were in the fit.
+            Of calibrated predictions only: random effects of groups that were in the fit.
         threads : int
             0: all cores.
 
         Returns
         -------
         Series, or DataFrame with the columns prediction, lower, upper, se
-            With the index of `data`. NaN where a predictor is missing.
+            With the index of `data`. NaN where a predictor is missing. As in files, dbh of 0 and codes such as -9999
+            are missing values in models of the catalogue, and other values outside their domain are errors.
 
         Warns
         -----
-        UserWarning
-            If groups are not in the fit and `new_groups` is not given.
+        SilvafitWarning
+            If groups are not in the fit and `new_groups` is not given, levels of factors are not in the fit, or
+            codes were read as missing values.
         """
         level = self._level(level)
         if data is None:
@@ -72,12 +74,10 @@ class Predictions(Estimates):
             frame = self._frame_for(data, needs_response=level == "calibrated")
             if level == "conditional":
                 self._check_groups(frame)
-        with located_in(frame.index):
-            result = analysis("predict", frame.table, fits=[self._core], level=level, coverage=coverage if interval else None,
-                              interval=word("interval", interval, is_optional=True), standard_errors=standard_errors,
-                              new_groups=new_groups, seen_groups=seen_groups, threads=threads)
-        if new_groups is None and result.json["new_groups"]:
-            warnings.warn(result.json["new_groups"], stacklevel=2)
+        interval = word("interval", interval, is_optional=True)
+        result = analysis("predict", frame, fits=[self._core], level=level, coverage=coverage_of(interval, coverage), interval=interval,
+                          standard_errors=standard_errors, new_groups=new_groups, seen_groups=seen_groups, threads=threads,
+                          catalogue=self._catalogue())
         found = result.frame("rows", frame.rows)
         if interval is None and not standard_errors:
             return found["value"].rename(self.response)
@@ -100,6 +100,9 @@ class Predictions(Estimates):
         data, **options
             As in `predict`, without interval, coverage and standard_errors.
         """
+        for name in ("interval", "coverage", "standard_errors"):
+            if name in options:
+                raise UsageError("the result has intervals of any coverage, conf_int(), and standard errors, se_mean", column=name)
         if data is not None:  # read once, also a stream
             data = self._frame_for(data, self._level(options.get("level", "conditional")) == "calibrated")
         return Prediction(self, data, options)
@@ -128,8 +131,8 @@ class Predictions(Estimates):
         """
         frame = self._frame_for(data)
         check_text("seen_groups", seen_groups, is_optional=False)
-        with located_in(frame.index):
-            found = analysis("calibrate", frame.table, fits=[self._core], seen_groups=seen_groups, threads=threads).frame("groups")
+        found = analysis("calibrate", frame, fits=[self._core], seen_groups=seen_groups, threads=threads,
+                         catalogue=self._catalogue()).frame("groups")
         columns = self._random_terms[-1]["columns"]
         labels = list(found.pop("label"))
         if len(columns) == 1:
@@ -163,17 +166,29 @@ class Predictions(Estimates):
             the model linear around the estimates with random effects not removed; independent and
             standard normal if the model holds.
         level : {"conditional", "population"}
-            Of the first two kinds.
+            Of the first two kinds only.
         """
         kind = word("kind", kind, "response", "pearson", "normalized", "marginal")
+        if _level(level) != "conditional" and kind in ("normalized", "marginal"):
+            raise UsageError(f"has no effect on {kind} residuals", column="level")
         frame = self._own_frame("residuals()")
         found = self._residuals(frame)
         column = kind if kind in ("normalized", "marginal") else f"{kind}_{_level(level)}"
         return frame.aligned(found.frame("rows")[column], found.rows, f"{kind} residual")
 
     def _residuals(self, frame: Frame) -> Result:
-        with located_in(frame.index):
-            return analysis("residuals", frame.table, fits=[self._core])
+        return analysis("residuals", frame, fits=[self._core])
+
+    def _catalogue(self) -> Any:
+        """The base models, for a fit of one of them."""
+        return _location.catalogue() if self.model else None
+
+
+def coverage_of(interval: Optional[str], coverage: Optional[float]) -> Optional[float]:
+    """The coverage of an interval; none without one."""
+    if interval is None and coverage is not None:
+        raise UsageError("is that of intervals; give `interval`, too", column="coverage")
+    return 0.95 if coverage is None and interval is not None else coverage
 
 
 def _level(level: str) -> str:
@@ -198,6 +213,7 @@ class Prediction:
         self.se_mean: pd.Series = columns["se"].rename("se_mean")
 
     def _predict(self, interval: str, alpha: float) -> pd.DataFrame:
+        check_number("alpha", alpha)
         return pd.DataFrame(self._fit.predict(self._data, interval=interval, coverage=1.0 - alpha, standard_errors=True,
                                               **self._options))
 

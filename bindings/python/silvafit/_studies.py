@@ -11,10 +11,11 @@ import pandas as pd
 
 from . import _core, _location
 from ._analysis import Result, analysis
-from ._data import Frame, has_geometry, source_of
-from ._errors import UsageError, located_in
+from ._data import Frame, frame_of, has_geometry, source_of
+from ._errors import UsageError, check_text, path_text
 from ._fit import Fit
 from ._listener import Listener
+from ._predictions import coverage_of
 from ._settings import takes
 from ._summary import Shown
 from ._windows import window_arguments
@@ -32,15 +33,15 @@ def _run(
     name: str, trees: Any, settings: Dict[str, Any], *, window: Any = None, progress: Optional[bool] = False, **further: Any,
 ) -> Tuple[Result, Optional[Frame], List[str]]:
     """An analysis of trees, their frame, and the notes."""
-    source, frame = source_of(trees)
-    index = None if frame is None else frame.rows
+    source = source_of(trees)
     if getattr(trees, "crs", None) and getattr(window, "crs", None) and trees.crs != window.crs:
         raise UsageError("trees and window have different coordinate reference systems; use window.to_crs(trees.crs)", column="window")
     settings = {**settings, **window_arguments(window)}
     if settings.get("plots") is not None and not isinstance(settings["plots"], (str, os.PathLike)):
-        further["plots"] = source_of(settings.pop("plots"))[0]
-    with Listener(progress, index) as listener, located_in(index):
-        return analysis(name, source, listener=listener, **further, **settings), frame, listener.notes
+        further["plots"] = frame_of(settings.pop("plots")).table
+    with Listener(progress) as listener:
+        found = analysis(name, source, listener=listener, **further, **settings)
+    return found, source if isinstance(source, Frame) else None, listener.notes
 
 
 @takes("units", "reading", "sampling")
@@ -63,11 +64,14 @@ def structural_units(
     -------
     DataFrame
         The inventory with our names, core, W, M, U, C and the further indices, then all other columns of
-        a DataFrame, with the index of `trees`; of a GeoDataFrame again one. Rows that cannot be used are not
-        in it. ``attrs`` has notes and the means (summary).
+        a DataFrame, with the index of `trees`; of a GeoDataFrame again one. A column of `trees` with the name
+        of a new one and other values is an error. Rows that cannot be used are not in it, with a warning.
+        ``attrs`` has notes and the means (summary).
     """
     found, frame, notes = _run("structural_units", trees, settings, window=window, progress=progress, threads=threads)
-    result = _with_own_columns(found.frame("units", _index_of(frame, found.rows)), trees, found.rows)
+    units = found.frame("units", _index_of(frame, found.rows))
+    _refuse_replaced(trees, units.iloc[:, list(units.columns).index("core"):], found.rows)
+    result = _with_own_columns(units, trees, found.rows)
     result.attrs.update(summary=found.json, notes=notes)
     return result
 
@@ -176,6 +180,14 @@ def _with_own_columns(result: pd.DataFrame, trees: Any, rows: Any) -> pd.DataFra
     return type(trees)(joined, geometry=trees.geometry.name, crs=trees.crs) if has_geometry(trees) else pd.DataFrame(joined)
 
 
+def _refuse_replaced(trees: Any, columns: pd.DataFrame, rows: np.ndarray) -> None:
+    """Columns of a DataFrame are not replaced by results with other values."""
+    for name in columns.columns.intersection(getattr(trees, "columns", ())):
+        if not np.allclose(pd.to_numeric(trees[name].iloc[rows], errors="coerce"), columns[name], rtol=1e-8, atol=0.0, equal_nan=True):
+            raise UsageError("the data have a column of this name with other values, which the result would replace; rename or remove it",
+                             column=str(name))
+
+
 def _with_columns(trees: Any, columns: pd.DataFrame, rows: Any) -> pd.DataFrame:
     """A DataFrame with columns of a result, by the places of its rows; for other data the result alone."""
     if not isinstance(trees, pd.DataFrame):
@@ -217,6 +229,8 @@ class Library(Shown):
 
     def fit(self, response: str, species: Optional[str] = None, role: Optional[str] = None) -> Fit:
         """The only model of a response, a species and a role."""
+        for name, value in (("response", response), ("species", species), ("role", role)):
+            check_text(name, value, is_optional=name != "response")
         found = [one for one in self._core.models() if one["response"] == response
                  and (species is None or one["species"] == species) and (role is None or one["role"] == role)]
         if len(found) == 1:
@@ -226,7 +240,7 @@ class Library(Shown):
 
     @takes("predictions", "reading", "equations")
     def predict(
-        self, trees: Any, level: str = "population", interval: Optional[str] = None, *, coverage: float = 0.95, threads: int = 0, **settings: Any,
+        self, trees: Any, level: str = "population", interval: Optional[str] = None, *, coverage: Optional[float] = None, threads: int = 0, **settings: Any,
     ) -> pd.DataFrame:
         """Predict every response with the model of each tree's species.
 
@@ -245,7 +259,7 @@ class Library(Shown):
             ``volume_m3``, and ``flag``, with the index of `trees`. Rows of dead trees are not in it.
         """
         found, frame, notes = _run("predict_library", trees, settings, level=level, interval=interval, threads=threads,
-                                   coverage=coverage if interval else None, library=self._core, catalogue=_location.catalogue())
+                                   coverage=coverage_of(interval, coverage), library=self._core, catalogue=_location.catalogue())
         result = found.frame("columns", _index_of(frame, found.rows))
         result.attrs["notes"] = notes
         return result
@@ -254,7 +268,7 @@ class Library(Shown):
         """The library as JSON (docs/json.md), as text or into a file."""
         if path is None:
             return self._core.to_json()
-        self._core.write(os.fspath(path))
+        self._core.write(path_text("path", path))
         return None
 
     def __getstate__(self) -> dict:
@@ -277,7 +291,7 @@ def read_library(name_or_file: Path) -> Library:
     name_or_file : path or str
         Such as ``"study/library.json"`` or ``"shanxia-2023"``.
     """
-    return Library(_core.Library.read(os.fspath(name_or_file), _location.models_directory()))
+    return Library(_core.Library.read(path_text("name_or_file", name_or_file), _location.models_directory()))
 
 
 class Study(Shown):

@@ -10,6 +10,7 @@ import webbrowser
 from typing import Any, Optional
 
 from . import _location
+from ._errors import UsageError, check_text, path_text
 from ._settings import takes
 from ._studies import Path, _run
 
@@ -34,7 +35,9 @@ def grow(trees: Any, out: Path, *, seed: int = 1, threads: int = 0, progress: Op
     dict
         What was written: the JSON of ``silvafit grow`` (docs/json.md).
     """
-    path = pathlib.Path(out)
+    path = pathlib.Path(path_text("out", out))
+    if settings.pop("scene", None) is not None:
+        raise UsageError("the file of the scene is the argument out", column="scene")
     files = {"scene" if path.suffix.lower() in _SCENES else "out": str(path)}
     return _run("grow", trees, settings, progress=progress, seed=seed, threads=threads, **files)[0].json
 
@@ -101,8 +104,9 @@ def view(
         Of the 3D page and the table (docs/settings.md).
     """
     _location.page("scene.html")
+    check_text("title", title)
     with tempfile.TemporaryDirectory() as folder:
-        path = pathlib.Path(out) if out is not None else pathlib.Path(folder) / "view.html"
+        path = pathlib.Path(path_text("out", out)) if out is not None else pathlib.Path(folder) / "view.html"
         is_file = isinstance(trees, (str, os.PathLike))
         found, _, _ = _run("view", trees, settings, file=path, seed=seed, threads=threads, title=title or (None if is_file else "Stand"))
         text = path.read_text(encoding="utf-8")

@@ -2,6 +2,7 @@
 """Mixed-effects models as estimators of scikit-learn."""
 from __future__ import annotations
 
+import re
 from typing import Any, List, Mapping, Optional
 
 import numpy as np
@@ -29,7 +30,8 @@ class MixedRegressor(RegressorMixin, BaseEstimator):
     ----------
     formula : str, optional
         Such as ``"h ~ 1.3 + a*(1 - exp(-b*dbh))"``, with the columns of X by name (x0, x1, ... for
-        arrays), or the id of a model of the catalogue, ``"M4"``; the left side is y whatever its name.
+        arrays), or the id of a model of the catalogue, ``"M4"``; the name on the left side is y. For a function
+        of y, such as its logarithm, use ``sklearn.compose.TransformedTargetRegressor``.
         Default: a linear model of all columns, with the coefficients intercept, b0, b1, ... of x0, x1, ...
     random : str, optional
         Random effects, ``"a + b | plot"``, or ``"a + b"`` for those of `groups`. Default: the intercept of
@@ -70,7 +72,7 @@ class MixedRegressor(RegressorMixin, BaseEstimator):
         variance: Optional[str] = None,
         correlation: Optional[str] = None,
         method: Optional[str] = None,
-        reml: bool = False,
+        reml: Optional[bool] = None,
         start: Optional[Mapping[str, float]] = None,
         starts: int = 0,
         hold: Optional[Mapping[str, float]] = None,
@@ -107,8 +109,12 @@ class MixedRegressor(RegressorMixin, BaseEstimator):
         """
         table, y = self._training_data(X, y)
         formula = self._formula(table)
+        left = response_name(formula)
+        if "~" in formula and not re.fullmatch(r"`[^`]*`|[\w.]+", formula.partition("~")[0].strip()):
+            raise UsageError(f"the left side is y, a name, not {left}; for a function of y use "
+                             "sklearn.compose.TransformedTargetRegressor", column="formula")
         table = self._with_groups(table.drop(columns=[self.measured] if self.measured else []), groups)
-        table[response_name(formula)] = y
+        table[left] = y
         self.fit_ = _fit(
             formula, table, random=self._random(groups), parameters=self.parameters, covariance=self.covariance,
             variance=self.variance, correlation=self.correlation, method=self.method, reml=self.reml, start=self.start, starts=self.starts,
@@ -179,8 +185,12 @@ class MixedRegressor(RegressorMixin, BaseEstimator):
         return "y ~ " + " + ".join(["intercept", *slopes])
 
     def _random(self, groups: Any) -> Optional[str]:
-        if self.random is not None and ("|" in self.random or groups is not None):
-            return self.random if "|" in self.random else f"{self.random} | {self._GROUP}"
+        if self.random is not None and "|" in self.random:
+            if groups is not None:
+                raise UsageError(f"random names its groups, {self.random}; omit one of them", column="groups")
+            return self.random
+        if self.random is not None and groups is not None:
+            return f"{self.random} | {self._GROUP}"
         if self.random is not None:
             raise UsageError("random effects need groups: fit(X, y, groups=...), or a column of X, such as "
                              f"random='{self.random} | plot'", column="groups")

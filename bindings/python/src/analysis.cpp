@@ -62,9 +62,12 @@ py::dict analysis(const std::string& name,
   py::dict result;
   result["tables"] = tables;
   result["rows"] = found.rows;
+  result["label_columns"] = found.label_columns;
   result["json"] = found.json;
   result["fits"] = made;
   result["library"] = std::move(found.library);
+  for (std::string& warning : found.warnings) warning = in_words_of_python(warning);
+  result["warnings"] = found.warnings;
   return result;
 }
 

@@ -10,6 +10,7 @@ from conftest import FORMULA
 
 pytest.importorskip("sklearn")
 from sklearn.base import clone  # noqa: E402
+from sklearn.compose import TransformedTargetRegressor  # noqa: E402
 from sklearn.linear_model import LinearRegression  # noqa: E402
 from sklearn.model_selection import GridSearchCV, GroupKFold, cross_val_score  # noqa: E402
 from sklearn.pipeline import make_pipeline  # noqa: E402
@@ -102,13 +103,29 @@ def test_arrays_have_columns_x0_and_so_on(stands):
     assert isinstance(model.predict(array), np.ndarray) and isinstance(stands, pd.DataFrame)
 
 
-def test_models_of_the_catalogue_and_expressions_have_y_on_the_left(stands):
+def test_the_name_on_the_left_is_y_and_a_function_of_it_is_refused(stands):
     by_id = MixedRegressor("M4", random="a | plot").fit(stands[["dbh", "plot"]], stands["h"].rename("height"))
     assert by_id.fit_.model == "M4"
     assert by_id.fit_.loglik == sf.fit("M4", stands, random="a | plot").loglik
-    logarithm = MixedRegressor("log(h) ~ a + b*log(dbh)").fit(stands[["dbh"]], np.log(stands["h"]))
-    assert logarithm.fit_.fixed_effects.to_numpy() == pytest.approx(
+    for left in ("height", "`total height`", "h.m"):
+        assert MixedRegressor(f"{left} ~ a + b*dbh").fit(stands[["dbh"]], stands["h"]).score(stands[["dbh"]], stands["h"]) == pytest.approx(
+            LinearRegression().fit(stands[["dbh"]], stands["h"]).score(stands[["dbh"]], stands["h"]), rel=1e-12)
+    for left in ("log(h)", "h - 1.3", "h/dbh"):
+        with pytest.raises(sf.UsageError, match="TransformedTargetRegressor") as caught:
+            MixedRegressor(f"{left} ~ a + b*log(dbh)").fit(stands[["dbh"]], stands["h"])
+        assert caught.value.column == "formula"
+    logarithm = TransformedTargetRegressor(MixedRegressor("h ~ a + b*log(dbh)"), func=np.log, inverse_func=np.exp)
+    logarithm.fit(stands[["dbh"]], stands["h"])
+    assert logarithm.regressor_.fit_.fixed_effects.to_numpy() == pytest.approx(
         np.polynomial.polynomial.polyfit(np.log(stands["dbh"]), np.log(stands["h"]), 1), rel=1e-9)
+
+
+def test_groups_are_named_once(stands):
+    X, y = stands[["dbh", "plot"]], stands["h"]
+    with pytest.raises(sf.UsageError, match="omit one of them") as caught:
+        MixedRegressor(FORMULA, random="a | plot").fit(X, y, groups=stands["species"])
+    assert caught.value.column == "groups"
+    assert MixedRegressor(FORMULA, random="a | plot", method="REML").fit(X, y).fit_.reml
 
 
 def test_new_groups_are_calibrated_from_their_measured_trees(stands):

@@ -70,7 +70,10 @@ analysis <- function(name, table = NULL, arguments = list(), objects = NULL, plo
 
 # An analysis of a fit, by default with its own rows.
 analysis_of_fit <- function(name, object, arguments = list(), data = object$frame, progress = FALSE) {
-  analysis(name, if (!is.null(data)) plain_columns(data, names(data)), arguments, list(object$handle), progress = progress)
+  folder <- if (is.null(object$fit$model)) "" else data_folder()
+  result <- analysis(name, if (!is.null(data)) plain_columns(data, names(data)), arguments, list(object$handle), progress = progress, folder = folder)
+  tell_notes(result$notes)
+  result
 }
 
 # The value of a C++ function, or its error as a condition.

@@ -59,53 +59,36 @@ predict.silvafit <- function(object, newdata, level = "conditional", interval = 
     newdata <- object$frame
   }
   newdata <- prediction_data(object, newdata, level)
-  tell_new_levels(object, newdata)
   if (interval == "prediction") require_variance_columns(object, newdata)
   absent <- setdiff(grouping_names(object), names(newdata))
   if (level == "conditional" && length(absent) > 0) {
     stop_input("unknown column '", absent[1], "' in `newdata`; without the groups use level = \"population\"", column = absent[1])
   }
   is_outer <- level == "outer"
-  outside <- "that are not in the fit"
   if (is_outer) {
     # All inner groups are new.
     is_new <- !as.character(newdata[[grouping_names(object)[1]]]) %in% rownames(random_terms_of(object)[[1]]$modes)
-    if (any(is_new) && new_groups == "error") stop_input(sentence_on_groups(object, newdata, is_new, 1, outside))
+    if (any(is_new) && new_groups == "error") stop_input(sentence_on_groups(object, newdata, is_new))
     rows_of_no_group <- which(is_new & new_groups == "missing")
     if (new_groups %in% c("error", "missing")) new_groups <- "population"
-    if (says_new && any(is_new)) tell(paste0(sentence_on_groups(object, newdata, is_new, 1, outside), ": their predictions have random effects 0; `new_groups` has other choices"))
+    if (says_new && any(is_new)) tell(paste0(sentence_on_groups(object, newdata, is_new), ": their predictions have random effects 0; `new_groups` has other choices"))
     newdata <- without_inner_groups(object, newdata)
     level <- "conditional"
   }
-  settings <- list(level = level, new_groups = new_groups, seen_groups = seen_groups,
-                   coverage = if (interval != "none") coverage, interval = if (interval == "prediction") "prediction" else "confidence",
+  settings <- list(level = level, new_groups = if (!says_new || is_outer) new_groups, seen_groups = seen_groups,
+                   coverage = if (interval != "none") coverage, interval = if (interval == "prediction") "prediction" else if (interval != "none" || se.fit) "confidence",
                    standard_errors = se.fit, threads = threads)
   result <- analysis_of_fit("predict", object, settings, newdata)
-  if (says_new && !is_outer && result$json$new_groups != "") tell(result$json$new_groups)
-  is_unmeasured <- result$tables$rows$calibrated_from %in% 0
-  if (says_new && any(is_unmeasured)) {
-    tell(paste0(sentence_on_groups(object, newdata, is_unmeasured, length(grouping_names(object)), paste(outside, "and have no measured row")),
-                ": their predictions have random effects 0; `new_groups` has other choices"))
-  }
   if (is_outer) for (name in intersect(c("value", "lower", "upper", "standard_error"), names(result$tables$rows))) result$tables$rows[[name]][rows_of_no_group] <- NA
   predicted(result$tables$rows, row.names(newdata), interval, se.fit, level, action)
 }
 
-# \param depth  number of groupings, the coarser first, whose labels are shown
-sentence_on_groups <- function(object, newdata, is_new, depth, what) {
-  names <- grouping_names(object)[seq_len(depth)]
-  labels <- unique(do.call(paste, c(unname(lapply(newdata[is_new, intersect(names, names(newdata)), drop = FALSE], as.character)), sep = " / ")))
-  paste0(if (sum(is_new) == 1) "1 row is" else paste(sum(is_new), "rows are"), " of groups ", what, " (", paste(names, collapse = "/"), " ",
+# \param is_new  rows of groups of the coarser grouping that are not in the fit
+sentence_on_groups <- function(object, newdata, is_new) {
+  name <- grouping_names(object)[1]
+  labels <- unique(as.character(newdata[[name]][is_new]))
+  paste0(if (sum(is_new) == 1) "1 row is" else paste(sum(is_new), "rows are"), " of groups that are not in the fit (", name, " ",
          paste(c(utils::head(labels, 5), if (length(labels) > 5) "..."), collapse = ", "), ")")
-}
-
-# As for new groups; lm() stops.
-tell_new_levels <- function(object, newdata) {
-  for (name in intersect(names(object$fit$levels), names(newdata))) {
-    values <- as.character(newdata[[name]])
-    new <- !is.na(values) & !values %in% unlist(object$fit$levels[[name]])
-    if (any(new)) tell(paste0("column ", name, " has levels that are not in the fit (", paste(utils::head(unique(values[new]), 5), collapse = ", "), "): ", if (sum(new) == 1) "1 prediction is" else paste(sum(new), "predictions are"), " missing"))
-  }
 }
 
 # Columns of the variance function and its strata.

@@ -123,6 +123,7 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   # The domain of a model of the catalogue may have a condition on these.
   columns <- c(frame, if (!is.null(id)) rows_of(data, rows)[setdiff(intersect(c("dbh", "h"), names(data)), names(frame))])
   result <- analysis("fit", plain_columns(columns, names(columns)), c(model$texts, list(model = id, derive = derived_texts(derive, model)), options), folder = if (is.null(id)) "" else data_folder())
+  tell_notes(result$notes)
   object <- new_fit(result, model, call, options, na.action = omit)
   # What update() and getData() need: the values of the call, and the data with all columns.
   object$arguments <- mget(setdiff(intersect(names(call), names(formals(silvafit))), c("data", "subset")))

@@ -88,7 +88,8 @@ study::AnalysisInput input_of(SEXP table, SEXP plots, SEXP objects, SEXP argumen
   return input;
 }
 
-cpp11::sexp list_of(study::AnalysisResult result, const std::vector<std::string>& notes) {
+/// \param notes  those of the console; warnings that are none of them are added
+cpp11::sexp list_of(study::AnalysisResult result, std::vector<std::string> notes) {
   NamedList tables;
   for (const auto& [name, table] : result.tables) tables.add(name, columns_of(table));
   NamedList fits;
@@ -100,6 +101,9 @@ cpp11::sexp list_of(study::AnalysisResult result, const std::vector<std::string>
     list.add("json", value_of(nlohmann::ordered_json::parse(result.json)));
   }
   list.add("fits", fits.list());
+  for (const std::string& warning : result.warnings) {
+    if (std::ranges::find(notes, warning) == notes.end()) notes.push_back(warning);
+  }
   list.add("notes", value_of(notes));
   return list.list();
 }

@@ -2,8 +2,10 @@
 #include "silvafit/fit/term_tests.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/QR>
 #include <algorithm>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
@@ -12,6 +14,7 @@
 #include "model/sub_model_terms.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/data/table.hpp"
 #include "text/text_parts.hpp"
 
 namespace silvafit::fit {
@@ -130,6 +133,60 @@ Eigen::MatrixXd uncorrelated(const Tested& all, const FittedModel& fit) {
   return information.llt().matrixU();
 }
 
+/// A combination as it is written, "2*a - b = 3".
+std::string restriction_text(const Eigen::RowVectorXd& combination,
+                             double value,
+                             const std::vector<std::string>& names) {
+  std::string text;
+  for (Index k = 0; k < combination.size(); ++k) {
+    const double factor = combination[k];
+    if (factor == 0.0) continue;
+    text += text.empty() ? (factor < 0.0 ? "-" : "") : (factor < 0.0 ? " - " : " + ");
+    if (std::abs(factor) != 1.0) text += data::shortest(std::abs(factor)) + "*";
+    text += names[static_cast<std::size_t>(k)];
+  }
+  return fmt::format("{} = {}", text, value + 0.0);  // no -0
+}
+
+/// Refuses combinations that follow from others, or contradict them, in the metric of the standard
+/// errors, so that units have no effect.
+/// \param values  empty: 0
+void require_independent(const Eigen::MatrixXd& combinations,
+                         const Eigen::VectorXd& values,
+                         const FittedModel& fit) {
+  constexpr double kRounding = 1e-9;  // of factors that users compute, such as 1.0/3
+  const auto value_of = [&values](Index i) { return values.size() > 0 ? values[i] : 0.0; };
+  const Eigen::VectorXd errors = fit.standard_errors();
+  Eigen::MatrixXd scaled =
+      combinations * errors.array().isFinite().select(errors, 0.0).matrix().asDiagonal();
+  const Eigen::VectorXd scale = scaled.rowwise().norm();
+  for (Index i = 0; i < scaled.rows(); ++i) {
+    if (!(scale[i] > 0.0)) throw UsageError("a combination has no coefficient other than 0");
+    scaled.row(i) /= scale[i];
+  }
+  for (Index i = 1; i < scaled.rows(); ++i) {
+    const Eigen::MatrixXd before = scaled.topRows(i).transpose();
+    const Eigen::VectorXd weights = before.colPivHouseholderQr().solve(scaled.row(i).transpose());
+    if ((before * weights - scaled.row(i).transpose()).norm() > kRounding) continue;
+    std::vector<std::string> others;
+    double implied = 0.0;
+    double size = std::abs(value_of(i)) / scale[i];
+    for (Index j = 0; j < i; ++j) {
+      if (std::abs(weights[j]) <= kRounding) continue;
+      const double part = weights[j] * value_of(j) / scale[j];
+      implied += part;
+      size += std::abs(part);
+      others.push_back(restriction_text(combinations.row(j), value_of(j), fit.coefficient_names));
+    }
+    const bool follows = std::abs(implied - value_of(i) / scale[i]) <= kRounding * size;
+    throw UsageError(
+        fmt::format("'{}' {} '{}'; omit one of them",
+                    restriction_text(combinations.row(i), value_of(i), fit.coefficient_names),
+                    follows ? "follows from" : "contradicts",
+                    fmt::join(others, "' and '")));
+  }
+}
+
 }  // namespace
 
 std::vector<TermTest> term_tests(const FittedModel& fit, TermOrder order) {
@@ -164,7 +221,7 @@ TermTest joint_test(const FittedModel& fit,
     }
     at.push_back(k);
   }
-  if (at.empty()) throw UsageError("a combination has no coefficient other than 0");
+  require_independent(combinations, values, fit);
   return tested("combined", combinations(Eigen::all, at), at, at, fit, values);
 }
 

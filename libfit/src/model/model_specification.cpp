@@ -453,16 +453,28 @@ ModelSpecification specify_model(std::string_view formula,
 
 void check_response(const ModelSpecification& specification, const data::Table& table) {
   const data::Formula& formula = specification.formula;
-  const std::vector<std::string> predictors = specification.predictors();
-  if (std::ranges::find(predictors, formula.left) != predictors.end()) {
-    throw FormulaError(fmt::format("'{}' cannot predict itself; remove it from the right-hand side "
-                                   "and from the sub-models",
-                                   formula.left),
-                       formula.text,
-                       formula.text.find(formula.left) + 1);
+  const std::vector<std::string> own = response_columns(formula.left);
+  std::vector<std::string> read = specification.predictors();
+  std::ranges::move(specification.label_columns(), std::back_inserter(read));
+  for (const VarianceFactor& factor : specification.variance.factors) read.push_back(factor.column);
+  if (const auto& correlation = specification.correlation) {
+    std::ranges::copy(correlation->columns, std::back_inserter(read));
+  }
+  const auto is_read = [&read](const std::string& name) {
+    return std::ranges::find(read, name) != read.end();
+  };
+  // A column may predict its ratio to another one.
+  if (is_read(formula.left) || (own.size() == 1 && is_read(own.front()))) {
+    throw FormulaError(
+        fmt::format("'{}' cannot predict itself; remove it from the right-hand side, "
+                    "the sub-models, the groups, and the functions of the variance "
+                    "and the correlation",
+                    own.size() == 1 ? own.front() : formula.left),
+        formula.text,
+        formula.text.find(formula.left) + 1);
   }
   if (table.has(formula.left)) return;
-  for (const std::string& name : response_columns(formula.left)) {
+  for (const std::string& name : own) {
     if (!table.has(name)) {
       refuse_missing_column(name, formula.text, formula.text.find(name) + 1, table);
     }

@@ -111,6 +111,19 @@ TEST_CASE("texts of a model are checked, with positions in messages") {
                     Catch::Matchers::Contains("'h' cannot predict itself"));
   CHECK_THROWS_WITH(check_response(specify_model("h ~ a*dbh", {"a ~ 1 + h"}, table), table),
                     Catch::Matchers::Contains("'h' cannot predict itself"));
+  CHECK_THROWS_WITH(check_response(specify_model("log(h) ~ a + b*h", {}, table), table),
+                    Catch::Matchers::Contains("'h' cannot predict itself"));
+  auto of_groups = specify_model("log(h) ~ a + b*dbh", {}, table);
+  CHECK_NOTHROW(check_response(of_groups, table));
+  add_random_effects(of_groups, "a | h", table);
+  CHECK_THROWS_WITH(check_response(of_groups, table),
+                    Catch::Matchers::Contains("'h' cannot predict itself"));
+  auto of_variance = specify_model("h ~ a*dbh", {}, table);
+  of_variance.variance = parse_variance_function("power(h)");
+  CHECK_THROWS_WITH(check_response(of_variance, table),
+                    Catch::Matchers::Contains("'h' cannot predict itself"));
+  // Tapers and slendernesses are ratios to a predictor.
+  CHECK_NOTHROW(check_response(specify_model("h/dbh ~ a + b*dbh", {}, table), table));
   CHECK_THROWS_WITH(check_response(specify_model("H ~ a*dbh", {}, table), table),
                     Catch::Matchers::Contains("column 1: unknown column 'H'"));
   auto model = specify_model("h ~ a + b*dbh", {}, table);

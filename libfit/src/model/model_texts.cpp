@@ -96,7 +96,6 @@ ModelSpecification specify_model(const ModelTexts& texts, const data::Table& tab
   ModelSpecification specification =
       specify_model(parts.fixed, texts.sub_models, table, texts.columns);
   specification.data_columns = texts.columns.empty() ? table.names() : texts.columns;
-  check_response(specification, table);
   const std::string random = random_text(texts, parts, specification, table);
   if (!random.empty()) add_random_effects(specification, random, table);
   set_covariance(specification, texts.covariance);
@@ -106,6 +105,7 @@ ModelSpecification specify_model(const ModelTexts& texts, const data::Table& tab
   if (!texts.correlation.empty() && texts.correlation != "none") {
     specification.correlation = parse_correlation(texts.correlation);
   }
+  check_response(specification, table);
   require_columns(specification, table);
   for (const std::string& text : texts.derived) {
     DerivedQuantity added = parse_derived_quantity(text, specification.coefficient_names());

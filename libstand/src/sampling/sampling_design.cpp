@@ -10,6 +10,7 @@
 #include <set>
 #include <utility>
 
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/column_reference.hpp"
@@ -71,6 +72,7 @@ class SampleMaker {
   double per_ha_of_whole_plot(std::size_t tree, const PlotRecord* record) const;
   bool uses_table_areas() const;
   double slope_cosine(const PlotRecord* record) const;
+  bool exceeds_circles() const;
   void find_origin();
   Point center_of(const PlotRecord* record, Origin origin) const;
   bool is_within_reach(std::size_t tree, Origin origin) const;
@@ -318,8 +320,33 @@ bool SampleMaker::is_within_reach(std::size_t tree, Origin origin) const {
   return distance_m <= reach_m(tree) + kDistanceTolerance + rounding_m;
 }
 
-/// Positions are those of a map if more trees are within reach of its centers than of the origin;
-/// else they are from the center of the plot if that holds for half of the trees.
+/// Whether trees of a plot are farther apart than its circle is wide, so that they cannot be those
+/// that were counted in it.
+bool SampleMaker::exceeds_circles() const {
+  if (design_.subplots > 1 && !sample_.subplot_labels) return false;
+  const data::TextColumn& labels =
+      sample_.subplot_labels ? *sample_.subplot_labels : inventory_.plot;
+  struct Extent {
+    Point low{kInfinity, kInfinity};
+    Point high{-kInfinity, -kInfinity};
+    double reach_m = 0.0;
+  };
+  std::vector<Extent> extents(labels.levels().size());
+  for (std::size_t tree = 0; tree < inventory_.size(); ++tree) {
+    if (!is_placed(inventory_, tree) || std::isnan(reach_m(tree))) continue;
+    auto& [low, high, reach] = extents[labels.code(tree)];
+    low = {std::min(low.x, inventory_.x[tree]), std::min(low.y, inventory_.y[tree])};
+    high = {std::max(high.x, inventory_.x[tree]), std::max(high.y, inventory_.y[tree])};
+    reach = std::max(reach, reach_m(tree));
+  }
+  return std::ranges::any_of(extents, [](const Extent& extent) {
+    const double width_m = std::max(extent.high.x - extent.low.x, extent.high.y - extent.low.y);
+    return width_m > 2.0 * (extent.reach_m + kDistanceTolerance);
+  });
+}
+
+/// Positions are those of a map if at least as many trees are within reach of its centers as of the
+/// origin; else they are from the center of the plot if that holds for half of the trees.
 void SampleMaker::find_origin() {
   const bool has_subplots = design_.subplots > 1 || !design_.subplot.empty();
   if (inventory_.is_placed_by_subplots && has_subplots) {
@@ -340,7 +367,7 @@ void SampleMaker::find_origin() {
     if (has_map && is_within_reach(tree, Origin::kMap)) ++near_map;
   }
   if (placed == 0) return;
-  if (near_map > near_center) {
+  if (near_map > 0 && near_map >= near_center) {
     origin_ = Origin::kMap;
     sample_.notes.emplace_back("centers of plots are x and y of the table of plots");
     return;
@@ -350,12 +377,24 @@ void SampleMaker::find_origin() {
     sample_.notes.emplace_back("positions of trees are relative to the center of the plot");
     return;
   }
-  sample_.notes.push_back(fmt::format(
-      "only {} of {} trees with positions are within their plots around the origin, so positions "
-      "do not choose the trees, and all are taken as counted; give the centers of plots as x and y "
-      "in `plots`, in the coordinates of the trees",
-      near_center,
-      placed));
+  const std::string found =
+      fmt::format("only {} of {} trees with positions are within their plots around the {}",
+                  std::max(near_center, near_map),
+                  placed,
+                  has_map ? "origin or the centers of `plots`" : "origin");
+  constexpr std::string_view kRemedy =
+      "give the centers of plots as x and y in `plots`, in the coordinates of the trees";
+  if (has_map || exceeds_circles()) {
+    throw InputError(fmt::format("{}{}; {}",
+                                 found,
+                                 has_map ? "" : ", and they are farther apart than these are wide",
+                                 kRemedy),
+                     {.file = inventory_.file, .column = "x"});
+  }
+  sample_.notes.push_back(
+      fmt::format("{}, so positions do not choose the trees, and all are taken as counted; {}",
+                  found,
+                  kRemedy));
 }
 
 bool SampleMaker::is_counted(std::size_t tree) {

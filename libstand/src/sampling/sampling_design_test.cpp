@@ -277,6 +277,26 @@ TEST_CASE("Positions are from the center of a plot or from a map") {
   CHECK(says(unknown.notes, "give the centers of plots"));
 }
 
+TEST_CASE("Trees that cannot have been counted in their circles need the centers") {
+  // Four trees on a square of 20 m around 0, 0, of which one is within 5 m.
+  const Inventory map =
+      stand_of({{.x = 1, .y = 1}, {.x = -10, .y = 0}, {.x = 10, .y = 10}, {.x = 0, .y = -10}});
+  const auto with_center = [](const std::string& x) {
+    return SamplingDesign{.plots = plots_of("plot,radius,x,y\n1,5," + x + ",0\n")};
+  };
+  CHECK(sample_of(map, with_center("0")).areas[0].trees == std::vector<std::size_t>{0});
+  CHECK(sample_of(map, with_center("-10")).areas[0].trees == std::vector<std::size_t>{1});
+  CHECK_THROWS_WITH(sample_of(map, with_center("500")),
+                    Contains("only 1 of 4 trees with positions are within their plots around the "
+                             "origin or the centers"));
+  const SamplingDesign without{.plots = plots_of("plot,radius\n1,5\n")};
+  CHECK_THROWS_WITH(sample_of(map, without), Contains("farther apart than these are wide"));
+  // Twice the radius apart, trees fit into a circle somewhere.
+  const Inventory list =
+      stand_of({{.x = 100, .y = 100}, {.x = 109, .y = 100}, {.x = 104, .y = 104}});
+  CHECK(sample_of(list, without).areas[0].trees.size() == 3);
+}
+
 TEST_CASE("An angle count on a map of all trees counts those within their limiting distance") {
   // 400 trees of 20 cm on a grid of 1 m: 20 / (2 sqrt(4)) = 5 m around the center of the map.
   std::vector<Tree> trees;

@@ -516,6 +516,12 @@ CheckedInventory InventoryReader::read() {
   inventory.trusts_units = options_.trust_units;
   inventory.is_placed_by_subplots = plan_.is_placed_by_subplots;
   inventory.area_column = plot_area_column(csv_.header());
+  for (std::size_t label = 0; label < kLabelCount; ++label) {
+    const Source& source = plan_.labels[label];
+    if (!source.field) continue;
+    inventory.label_columns.emplace(known_label(label).name, csv_.header()[*source.field]);
+  }
+  if (plan_.time_field) inventory.label_columns.emplace("time", csv_.header()[*plan_.time_field]);
   return std::move(result_);
 }
 

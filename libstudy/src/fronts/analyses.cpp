@@ -93,7 +93,9 @@ bool AnalysisCall::truth(std::string_view key) {
 }
 
 void AnalysisCall::read_names(std::string_view key, std::vector<std::string>& names) {
-  reader_(data::Setting(key, names, ""));
+  if (const auto json = find(key)) {
+    names = json->is_list() ? json->texts() : std::vector{json->any_text()};
+  }
 }
 
 std::size_t AnalysisCall::number(std::string_view key, std::size_t otherwise) {
@@ -150,10 +152,16 @@ std::shared_ptr<const Catalogue> AnalysisCall::catalogue() const {
 }
 
 void AnalysisCall::finish() const {
-  const std::set<std::string, std::less<>> known(reader_.keys().begin(), reader_.keys().end());
+  // The front passes others itself.
+  std::set<std::string, std::less<>> known(others_.begin(), others_.end());
+  known.insert(reader_.keys().begin(), reader_.keys().end());
   for (const auto& [name, value] : JsonReader::parse(input_.arguments, "").members()) {
     if (known.contains(name)) continue;
-    throw UsageError("unknown argument" + did_you_mean(name, reader_.keys()), {.column = name});
+    std::vector<std::string> shown = reader_.keys();
+    for (const char* const own : {"threads", "seed"}) {
+      if (std::ranges::find(others_, own) != others_.end()) shown.emplace_back(own);
+    }
+    throw UsageError("unknown argument" + did_you_mean(name, shown), {.column = name});
   }
 }
 

@@ -41,7 +41,10 @@ class AnalysisCall {
       if (const auto json = find("seed")) settings.seed = count(*json);
     }
   }
-  std::optional<data::JsonReader> find(std::string_view key) { return reader_.find(key); }
+  std::optional<data::JsonReader> find(std::string_view key) {
+    others_.emplace_back(key);
+    return reader_.find(key);
+  }
   /// A text, empty if it is absent.
   std::string text(std::string_view key);
   bool truth(std::string_view key);
@@ -60,7 +63,7 @@ class AnalysisCall {
   std::shared_ptr<const Catalogue> catalogue() const;
   const AnalysisInput& input() const { return input_; }
 
-  /// \throws UsageError for an argument that nobody has read
+  /// \throws UsageError that lists the settings, for an argument that nobody has read
   void finish() const;
 
  private:
@@ -68,6 +71,7 @@ class AnalysisCall {
 
   AnalysisInput input_;
   SettingsReader reader_;
+  std::vector<std::string> others_{};  ///< keys that are no settings
 };
 
 /// JSON whose sentences (`verdict`, `doubts`, ...) are in the words of a front end.

@@ -9,19 +9,20 @@
 #include <numeric>
 
 #include "fronts/call.hpp"
+#include "fronts/result_columns.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_text.hpp"
-#include "silvafit/fit/calibration.hpp"
 #include "silvafit/fit/comparison.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/fit/inference_json.hpp"
-#include "silvafit/fit/prediction.hpp"
 #include "silvafit/fit/residuals.hpp"
 #include "silvafit/fit/setting_list.hpp"
 #include "silvafit/fit/simulated_responses.hpp"
 #include "silvafit/fit/term_tests.hpp"
 #include "silvafit/study/analysis_setting_list.hpp"
+#include "silvafit/study/idle_settings.hpp"
 #include "silvafit/study/table_checks.hpp"
+#include "silvafit/study/tree_table.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -29,35 +30,6 @@ namespace {
 using data::Table;
 using data::TableSource;
 using nlohmann::ordered_json;
-
-const Table& table_of(const TableSource& source) {
-  return *std::get<std::shared_ptr<const Table>>(source);
-}
-
-/// A column with a number of each row.
-template <class Rows, class Value>
-std::vector<double> numbers(const Rows& rows, Value value) {
-  std::vector<double> column;
-  for (const auto& row : rows) column.push_back(static_cast<double>(std::invoke(value, row)));
-  return column;
-}
-
-std::vector<double> numbers(const Eigen::VectorXd& values) {
-  return {values.data(), values.data() + values.size()};
-}
-
-/// A column with a text of each row.
-template <class Rows, class Value>
-data::TextColumn texts(const Rows& rows, Value value) {
-  data::TextColumn column;
-  for (const auto& row : rows) column.append(std::invoke(value, row));
-  return column;
-}
-
-/// Adds the columns that have a value for each row.
-void add_if_known(const char* name, const Eigen::VectorXd& values, Table& table) {
-  if (values.size() == static_cast<Eigen::Index>(table.rows())) table.set(name, numbers(values));
-}
 
 /// Columns of a matrix with their numbers, from 0, as names.
 Table table_of_columns(const Eigen::MatrixXd& values) {
@@ -99,6 +71,16 @@ struct FitRequest {
   bool is_traced = false;
 };
 
+/// What is wrong with the units of a table of trees, as files are checked; none if that is nothing.
+/// The remedies of the message are settings of files.
+std::vector<std::string> warnings_on_units(const Table& table) try {
+  check_units(table);
+  return {};
+} catch (const InputError& error) {
+  return {error.message().substr(0, error.message().find(';')) +
+          ". Sizes of trees are h, hcb and cw in m, dbh in cm"};
+}
+
 AnalysisResult result_of(FitRequest request,
                          const Table& table,
                          const Catalogue* catalogue,
@@ -123,7 +105,8 @@ AnalysisResult result_of(FitRequest request,
   found.fit.model = request.model;
   AnalysisResult result{.tables = {{"rows", fitted_rows(found)}},
                         .rows = found.rows,
-                        .json = json_text(ordered_json{{"cpu_seconds", seconds}})};
+                        .json = json_text(ordered_json{{"cpu_seconds", seconds}}),
+                        .warnings = warnings_on_units(table)};
   std::ranges::sort(result.rows);
   result.fits.emplace_back("", std::move(found.fit));
   return result;
@@ -237,55 +220,6 @@ AnalysisResult result_of(const fit::Residuals& found,
   return {.tables = {{"rows", std::move(rows)}}, .rows = found.rows};
 }
 
-/// What the predictions of groups are that are not in the fit, with the first of their labels;
-/// empty if there are none.
-std::string note_on_new_groups(const std::vector<fit::RandomEffects>& terms,
-                               const Table& table,
-                               const std::vector<bool>& is_new) {
-  const auto count = std::ranges::count(is_new, true);
-  if (count == 0 || terms.empty()) return {};
-  std::vector<std::string> names;
-  std::vector<data::TextColumn> columns;
-  for (const fit::RandomEffects& term : terms) {
-    names.push_back(term.group_name());
-    if (!term.is_crossed) columns.push_back(table.labels(term.group));
-  }
-  std::vector<std::string> shown;
-  for (std::size_t row = 0; row < is_new.size() && !terms[0].is_crossed; ++row) {
-    if (!is_new[row]) continue;
-    std::vector<std::string> parts;
-    for (const data::TextColumn& column : columns) {
-      parts.emplace_back(column.is_missing(row) ? "missing" : column[row]);
-    }
-    const std::string label = fmt::format("{}", fmt::join(parts, " / "));
-    if (std::ranges::find(shown, label) != shown.end()) continue;
-    constexpr std::size_t kMostShown = 5;
-    shown.push_back(shown.size() < kMostShown ? label : "...");
-    if (shown.size() > kMostShown) break;
-  }
-  return fmt::format(
-      "{} of groups that are not in the fit ({}{}): their predictions have {}; `new_groups` has "
-      "other "
-      "choices",
-      count == 1 ? "1 row is" : fmt::format("{} rows are", count),
-      fmt::join(names, terms[0].is_crossed ? " or " : "/"),
-      shown.empty() ? "" : fmt::format(" {}", fmt::join(shown, ", ")),
-      shown.empty() ? "the effects of the known groups only" : "random effects 0");
-}
-
-Table table_of_prediction(const fit::Prediction& found, fit::IntervalKind kind) {
-  Table table(static_cast<std::size_t>(found.value.size()));
-  table.set("value", numbers(found.value));
-  add_if_known("lower", found.lower, table);
-  add_if_known("upper", found.upper, table);
-  const bool is_mean = kind == fit::IntervalKind::kConfidence;
-  add_if_known("standard_error", is_mean ? found.mean_error : found.prediction_error, table);
-  if (!found.calibrated_from.empty()) {
-    table.set("calibrated_from", numbers(found.calibrated_from, std::identity()));
-  }
-  return table;
-}
-
 }  // namespace
 
 /// Arguments besides the settings: `model`, an id of the catalogue; `columns` of the data that the
@@ -300,42 +234,6 @@ AnalysisWork fit_work(AnalysisCall& call) {
   const auto catalogue = request.model.empty() ? nullptr : call.catalogue();
   return [request, catalogue, table = call.table()](const AnalysisCallbacks& callbacks) {
     return result_of(request, table_of(table), catalogue.get(), callbacks);
-  };
-}
-
-/// Calibration is by the measured response, so that a missing column, text or an infinite value is
-/// an error.
-void check_measured(const fit::FittedModel& fit, const Table& table) {
-  const std::string& response = fit.specification.formula.left;
-  const auto fail = [&](const char* what) { throw InputError(what, {.column = response}); };
-  if (!table.has(response)) {
-    fail("calibration needs this column, with a missing value where it was not measured");
-  }
-  if (!table.is_numeric(response)) {
-    const data::TextColumn& column = table.text(response);
-    for (std::size_t row = 0; row < column.size(); ++row) {
-      if (!column.is_missing(row)) fail("this column has text, but calibration needs numbers");
-    }
-  } else if (std::ranges::any_of(table.numbers(response),
-                                 [](double value) { return std::isinf(value); })) {
-    fail("a value is infinite; a missing value marks where the response was not measured");
-  }
-}
-
-AnalysisWork predict_work(AnalysisCall& call) {
-  const auto settings = call.read_with_threads<PredictionSettings>();
-  return [fit = &call.fit(), table = call.table(), settings](
-             const AnalysisCallbacks& /*callbacks*/) {
-    const fit::Level level = settings.level;
-    if (level == fit::Level::kCalibrated) check_measured(*fit, table_of(table));
-    const fit::Prediction found =
-        fit::predict(*fit, table_of(table), level, prediction_options(settings));
-    const std::string note =
-        level == fit::Level::kConditional
-            ? note_on_new_groups(fit->specification.random, table_of(table), found.is_new_group)
-            : "";
-    return AnalysisResult{.tables = {{"rows", table_of_prediction(found, settings.interval_kind)}},
-                          .json = json_text(ordered_json{{"new_groups", note}})};
   };
 }
 
@@ -457,27 +355,6 @@ AnalysisWork term_tests_work(AnalysisCall& call) {
   return [tests](const AnalysisCallbacks& /*callbacks*/) {
     return AnalysisResult{.tables = {{"terms", table_of_tests(tests)}}};
   };
-}
-
-/// The random effects of the groups of the last term, with the labels of these.
-AnalysisWork calibrate_work(AnalysisCall& call) {
-  const auto settings = call.read_with_threads<PredictionSettings>();
-  const fit::CalibrationOptions options{.seen_groups = settings.seen_groups,
-                                        .threads = settings.threads};
-  return
-      [fit = &call.fit(), table = call.table(), options](const AnalysisCallbacks& /*callbacks*/) {
-        check_measured(*fit, table_of(table));
-        const fit::Calibration found = fit::calibrate(*fit, table_of(table), options);
-        const fit::CalibratedEffects& last = found.random.back();
-        Table groups(last.labels.size());
-        groups.set("label", texts(last.labels, std::identity()));
-        groups.set("measured", numbers(found.measured, std::identity()));
-        for (std::size_t k = 0; k < fit->random.back().names.size(); ++k) {
-          const Eigen::VectorXd effects = last.effects.row(static_cast<Eigen::Index>(k));
-          groups.set(fit->random.back().names[k], numbers(effects));
-        }
-        return AnalysisResult{.tables = {{"groups", std::move(groups)}}};
-      };
 }
 
 }  // namespace silvafit::study

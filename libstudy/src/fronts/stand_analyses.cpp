@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: MIT
 // Structural units, stands, imputation, studies, libraries, 3D.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 
 #include "fronts/call.hpp"
 #include "silvafit/base/json_text.hpp"
+#include "silvafit/base/text.hpp"
+#include "silvafit/data/checked_columns.hpp"
 #include "silvafit/stand/stand_json.hpp"
 #include "silvafit/study/analysis_setting_list.hpp"
 #include "silvafit/study/grow_setting_list.hpp"
@@ -32,6 +37,62 @@ std::vector<std::size_t> rows_of(const data::Table& table) {
   return rows;
 }
 
+/// On the skipped rows; none if there are none.
+std::vector<std::string> warnings_on(const stand::CheckedInventory& checked) {
+  stand::ExcludedSummary excluded;
+  excluded.add(checked);
+  std::vector<std::string> warnings{excluded.text(checked.inventory.file)};
+  std::erase(warnings, "");
+  return warnings;
+}
+
+/// The columns that labels of stand tables are from.
+std::map<std::string, std::string> label_columns(const stand::Inventory& inventory,
+                                                 const StandOptions& options) {
+  std::map<std::string, std::string> columns = inventory.label_columns;
+  if (!options.report.stratum.empty()) columns["stratum"] = options.report.stratum;
+  if (columns.contains("time")) columns["from"] = columns["to"] = columns["time"];
+  return columns;
+}
+
+/// How many rows have no value, and the first of them; none if all have one.
+std::vector<std::string> without_value(const std::string& column,
+                                       const std::vector<std::size_t>& rows,
+                                       const std::vector<std::string>& flags,
+                                       const data::Table& table) {
+  if (rows.empty()) return {};
+  return {fmt::format("{} no {}, the first: {}",
+                      counted(rows.size(), "row has", "rows have"),
+                      column,
+                      describe(data::place_of(table, rows.front(), ""), flags[rows.front()]))};
+}
+
+/// On values that could not be predicted although the predictors are known.
+std::vector<std::string> warnings_on(const TablePrediction& found) {
+  std::vector<std::string> warnings;
+  const std::vector<std::string>& flags = found.predictions.flags;
+  for (const PredictedResponse& response : found.predictions.responses) {
+    std::vector<std::size_t> rows;
+    for (std::size_t row = 0; row < flags.size(); ++row) {
+      if (std::isnan(response.value[row]) && !flags[row].starts_with("missing"))
+        rows.push_back(row);
+    }
+    std::ranges::move(without_value(response.response + "_pred", rows, flags, found.table),
+                      std::back_inserter(warnings));
+  }
+  return warnings;
+}
+
+/// On values that could not be filled in.
+std::vector<std::string> warnings_on(const TableImputation& found) {
+  const Imputation& result = found.imputation;
+  std::vector<std::size_t> rows;
+  for (std::size_t row = 0; row < result.source.size(); ++row) {
+    if (result.source[row] == ImputeSource::kMissing) rows.push_back(row);
+  }
+  return without_value(found.options.response, rows, result.flag, found.table);
+}
+
 StandOptions stand_options(AnalysisCall& call) {
   auto options = call.read_with_threads<StandOptions>();
   options.reading = call.read<ReadingSettings>();
@@ -51,15 +112,19 @@ AnalysisWork structural_units_work(AnalysisCall& call) {
     const TreeIndices found = tree_indices(trees, options, callbacks);
     return AnalysisResult{.tables = {{"units", found.table()}},
                           .rows = rows_of(found.inventory.inventory),
-                          .json = json_text(json_of(found.summary))};
+                          .label_columns = found.inventory.inventory.label_columns,
+                          .json = json_text(json_of(found.summary)),
+                          .warnings = warnings_on(found.inventory)};
   };
 }
 
 AnalysisWork stand_summary_work(AnalysisCall& call) {
   return [options = stand_options(call), trees = call.table()](const AnalysisCallbacks& callbacks) {
     const StandSummary found = stand_summary(trees, options, callbacks);
-    return AnalysisResult{.tables = stand::tables_of(found.report),
-                          .json = json_text(json_of(found))};
+    return AnalysisResult{.tables = tables_of(found),
+                          .label_columns = label_columns(found.inventory.inventory, options),
+                          .json = json_text(json_of(found)),
+                          .warnings = warnings_on(found.inventory)};
   };
 }
 
@@ -67,7 +132,9 @@ AnalysisWork stand_growth_work(AnalysisCall& call) {
   return [options = stand_options(call), trees = call.table()](const AnalysisCallbacks& callbacks) {
     const GrowthSummary found = stand_growth(trees, options, callbacks);
     return AnalysisResult{.tables = stand::tables_of(found.report),
-                          .json = json_text(json_of(found))};
+                          .label_columns = label_columns(found.inventory.inventory, options),
+                          .json = json_text(json_of(found)),
+                          .warnings = warnings_on(found.inventory)};
   };
 }
 
@@ -82,7 +149,8 @@ AnalysisWork impute_work(AnalysisCall& call) {
     TableImputation found = impute_table(trees, *catalogue, options, reading, callbacks);
     AnalysisResult result{.tables = {{"columns", imputed_columns(found)}},
                           .rows = rows_of(found.table),
-                          .json = in_words({{"sentences", summary_of(found)}}, front)};
+                          .json = in_words({{"sentences", summary_of(found)}}, front),
+                          .warnings = warnings_on(found)};
     for (ImputeModel& model : found.imputation.models) {
       result.fits.emplace_back(model.label, std::move(model.fit));
     }
@@ -100,7 +168,8 @@ AnalysisWork predict_library_work(AnalysisCall& call) {
           library = call.input().library](const AnalysisCallbacks& callbacks) {
     const TablePrediction found = predict_table(trees, *library, *catalogue, settings, callbacks);
     return AnalysisResult{.tables = {{"columns", new_columns(found)}},
-                          .rows = rows_of(found.table)};
+                          .rows = rows_of(found.table),
+                          .warnings = warnings_on(found)};
   };
 }
 
@@ -133,8 +202,14 @@ AnalysisWork study_work(AnalysisCall& call) {
     record.command = command;
     if (!out.empty()) write_study(record, *catalogue, page, out);
     AnalysisResult result{.rows = rows_of(record.inventory.inventory),
+                          .label_columns = record.inventory.inventory.label_columns,
                           .json = in_words(json_of(record, out), front),
-                          .library = library_of(record)};
+                          .library = library_of(record),
+                          .warnings = warnings_on(record.inventory)};
+    if (record.study.results.empty()) {
+      result.warnings.push_back(
+          fmt::format("no model was fitted. {}", fmt::join(record.study.notes, " ")));
+    }
     result.tables.emplace_back("predictions", predictions_of(record, *result.library));
     return result;
   };
@@ -148,8 +223,7 @@ AnalysisWork grow_work(AnalysisCall& call) {
              const AnalysisCallbacks& callbacks) {
     const auto catalogue = tree::BuilderCatalogue::load(models);
     const GrowResult found = grow(trees, catalogue, settings, callbacks);
-    give_notes(notes_on(found.left_out), callbacks.note);
-    return AnalysisResult{.json = json_text(json_of(found))};
+    return AnalysisResult{.json = json_text(json_of(found)), .warnings = notes_on(found.left_out)};
   };
 }
 

@@ -50,9 +50,11 @@ void unify_spelling(const fit::FittedModel& fit, data::Table& table) {
 std::vector<bool> has_unknown_label(const fit::ColumnLevels& levels, const data::Table& table) {
   const std::set<std::string_view> known(levels.labels.begin(), levels.labels.end());
   const data::TextColumn labels = table.labels(levels.column);
+  std::vector<bool> is_unknown;
+  for (const std::string& label : labels.levels()) is_unknown.push_back(!known.contains(label));
   std::vector<bool> result(table.rows(), false);
   for (std::size_t row = 0; row < table.rows(); ++row) {
-    result[row] = !labels.is_missing(row) && !known.contains(labels[row]);
+    result[row] = !labels.is_missing(row) && is_unknown[labels.code(row)];
   }
   return result;
 }

@@ -15,6 +15,7 @@
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
+#include "silvafit/data/checked_columns.hpp"
 #include "silvafit/fit/calibrated_fit.hpp"
 #include "silvafit/fit/calibration.hpp"
 #include "silvafit/fit/prediction.hpp"
@@ -42,6 +43,13 @@ void check(const data::Table& table, const ImputeOptions& options) {
         {.column = "`add_residual`"});
   }
   require_numbers(table, {options.response});
+  const auto values = table.numbers(options.response);
+  const auto infinite =
+      std::ranges::find_if(values, [](double value) { return std::isinf(value); });
+  if (infinite != values.end()) {
+    const auto row = static_cast<std::size_t>(infinite - values.begin());
+    throw InputError("the value is not finite", data::place_of(table, row, options.response));
+  }
   require_possible(options.response, table);
 }
 

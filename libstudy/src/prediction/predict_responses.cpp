@@ -177,7 +177,10 @@ class Predictor {
                     PredictedResponse& result) {
     require_numbers(table_, fit.specification.predictors());
     data::Table part = table_.select(rows);
-    require_domain_of(fit, part);
+    if (const BaseModel* const model = base_model_of(fit, catalogue_)) {
+      require_domain_of_covariates(*model, part);
+      if (is_calibrated()) require_possible(model->response, part);
+    }
     const bool has_groups =
         settings_.level == fit::Level::kConditional || settings_.level == fit::Level::kCalibrated;
     const bool by_group = has_groups && fit.has_random_effects();
@@ -210,15 +213,6 @@ class Predictor {
     }
     if (terms.size() > 1) unify_spelling(terms.front().group, fit.random.front().labels, part);
     unify_spelling(terms.back().group, inner_labels(fit), part);
-  }
-
-  void require_domain_of(const fit::FittedModel& fit, const data::Table& part) const {
-    if (catalogue_ == nullptr) return;
-    const std::vector<BaseModel>& models = catalogue_->models();
-    const auto model = std::ranges::find(models, fit.model, &BaseModel::id);
-    if (model == models.end()) return;
-    require_domain_of_covariates(*model, part);
-    if (is_calibrated()) require_possible(model->response, part);
   }
 
   void store(const fit::FittedModel& fit,

@@ -33,10 +33,17 @@ bool has_names(const data::SettingHead& setting) {
          setting.type_name.find('=') != std::string_view::npos;
 }
 
+/// A list that is not empty by default needs a number.
+template <typename Number>
+void refuse_none(const JsonReader& json,
+                 const std::vector<JsonReader>& items,
+                 const std::vector<Number>& preset) {
+  if (items.empty() && !preset.empty()) json.fail("must have a number");
+}
+
 }  // namespace
 
-std::optional<JsonReader> SettingsReader::find(std::string_view key) {
-  keys_.emplace_back(key);
+std::optional<JsonReader> SettingsReader::find(std::string_view key) const {
   auto json = json_.find(key);
   if (json && is_call_ && json->is_null()) return std::nullopt;
   return json;
@@ -116,6 +123,7 @@ void SettingsReader::read(const JsonReader& json,
 }
 
 void SettingsReader::read(const JsonReader& json, const Setting<std::vector<int>>& setting) const {
+  refuse_none(json, items(json), setting.value);
   setting.value.clear();
   constexpr double kLargest = std::numeric_limits<int>::max();
   const data::SettingHead whole{.key = setting.key, .help = setting.help, .may_be_zero = true};
@@ -126,6 +134,7 @@ void SettingsReader::read(const JsonReader& json, const Setting<std::vector<int>
 
 void SettingsReader::read(const JsonReader& json,
                           const Setting<std::vector<double>>& setting) const {
+  refuse_none(json, items(json), setting.value);
   setting.value.clear();
   for (const JsonReader& item : items(json)) setting.value.push_back(item.number());
 }

@@ -41,10 +41,8 @@ class SettingsReader {
 
   template <typename T>
   void operator()(const data::Setting<T>& setting) {
-    if (is_given_ && is_given_(setting.key)) {
-      keys_.emplace_back(setting.key);
-      return;
-    }
+    keys_.emplace_back(setting.key);
+    if (is_given_ && is_given_(setting.key)) return;
     const auto json = find(setting.key);
     if (!json) return;
     if constexpr (data::HasWords<T>::value) {
@@ -57,10 +55,10 @@ class SettingsReader {
     }
   }
   /// The value of a key that is no setting; none if it is absent, or null in a call.
-  std::optional<data::JsonReader> find(std::string_view key);
+  std::optional<data::JsonReader> find(std::string_view key) const;
   /// Refuses keys that no setting has.
   void finish() const { json_.allow_only({keys_.begin(), keys_.end()}); }
-  /// The keys that were looked for.
+  /// The keys of the settings that were looked for.
   const std::vector<std::string>& keys() const { return keys_; }
 
  private:

@@ -158,13 +158,10 @@ void require_domain(const BaseModel& model, const data::Table& table) {
 void require_possible(const std::string& response, const data::Table& table) {
   const std::vector<std::size_t> rows = impossible_rows(response, table);
   if (rows.empty()) return;
-  throw DomainError(
-      fmt::format("{}; leave the field empty if {} was not measured, or read it as missing with "
-                  "`missing={}`",
-                  impossible_value(response, table, rows.front()),
-                  response,
-                  table.numbers(response)[rows.front()]),
-      data::place_of(table, rows.front(), response));
+  throw DomainError(fmt::format("{}; leave the field empty if {} was not measured",
+                                impossible_value(response, table, rows.front()),
+                                response),
+                    data::place_of(table, rows.front(), response));
 }
 
 std::string leave_out_impossible(const std::string& response, data::Table& table) {
@@ -208,6 +205,12 @@ void require_domain_of_covariates(const BaseModel& model, const data::Table& tab
     });
     if (is_of_covariates) require_condition(model, condition, table);
   }
+}
+
+const BaseModel* base_model_of(const fit::FittedModel& fit, const Catalogue* catalogue) {
+  if (catalogue == nullptr) return nullptr;
+  const auto model = std::ranges::find(catalogue->models(), fit.model, &BaseModel::id);
+  return model == catalogue->models().end() ? nullptr : &*model;
 }
 
 }  // namespace silvafit::study

@@ -342,6 +342,8 @@ void check_table_units(const data::Table& table, const Mappings& mapped, bool is
 
 }  // namespace
 
+void check_units(const data::Table& table) { check_table_units(table, {}, true); }
+
 std::map<std::string, std::string> column_map(const std::vector<std::string>& entries) {
   std::map<std::string, std::string> map;
   for (stand::ColumnMapping& mapping : stand::parse_column_mappings(entries)) {

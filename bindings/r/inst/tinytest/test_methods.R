@@ -158,6 +158,8 @@ expect_equal(attr(with_variances, "postVar")[1, 1, ], attr(with_variances, "se")
 strangers <- transform(loblolly_rows, Seed = c("301", "new", "newer"))
 expect_message(predict(argument_fit, strangers), "2 rows are of groups that are not in the fit (Seed new, newer)", class = "silvafit_note", fixed = TRUE)
 expect_silent(predict(argument_fit, strangers, new_groups = "population"))
+expect_error(predict(argument_fit, strangers, level = "population", new_groups = "missing"), "has no effect")
+expect_message(predict(argument_fit, transform(strangers, height = NA_real_), level = "calibrated"), "(Seed new, newer)", class = "silvafit_note", fixed = TRUE)
 expect_error(predict(argument_fit, loblolly_rows["age"]), "level = \"population\"", class = "silvafit_input_error")
 
 # A fit from a file has no data.

@@ -56,3 +56,8 @@ by_id <- silvafit("M4", stand)
 expect_equal(coef(by_id), coef(silvafit(formula(by_id), stand)), tolerance = 1e-6)
 expect_equal(by_id$fit$model, "M4")
 expect_error(silvafit("M4x", stand), "M4")
+# Its predictions read rows as the program does.
+codes <- transform(stand[1:4, ], dbh = c(0, -999, 20, 30))
+expect_message(by_code <- predict(by_id, codes), "codes read as missing values: dbh 2 (0, -999)", class = "silvafit_note", fixed = TRUE)
+expect_equal(is.na(unname(by_code)), c(TRUE, TRUE, FALSE, FALSE))
+expect_error(predict(by_id, transform(codes, dbh = -1)), "outside the domain of the model", class = "silvafit_domain_error")

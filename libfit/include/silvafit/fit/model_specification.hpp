@@ -89,8 +89,8 @@ ModelSpecification specify_model(std::string_view formula,
                                  const std::vector<std::string>& columns = {});
 
 /// Checks the response, which a model for simulation does not need.
-/// \throws InputError if the response is not a column of the table; FormulaError if the mean or a
-///   sub-model depends on it
+/// \throws InputError if the response is not a column of the table; FormulaError if the
+///   model reads it, also as a group or in the functions of variance and correlation
 void check_response(const ModelSpecification& specification, const data::Table& table);
 
 /// Reads one sub-model without a table: all columns are assumed to be numeric.

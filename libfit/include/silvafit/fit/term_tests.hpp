@@ -39,7 +39,8 @@ TermTest joint_test(const FittedModel& fit, const std::vector<std::size_t>& term
 /// The test that linear combinations of coefficients are 0, or have the given values.
 /// \param combinations  (combinations x coefficients)
 /// \param values        (combinations), or none
-/// \throws UsageError if one contains a coefficient without a standard error
+/// \throws UsageError if one contains a coefficient without a standard error, follows from others
+///         or contradicts them
 TermTest joint_test(const FittedModel& fit,
                     const Eigen::MatrixXd& combinations,
                     const Eigen::VectorXd& values = {});

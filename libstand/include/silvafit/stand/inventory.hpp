@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <functional>
 #include <iosfwd>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -88,6 +89,9 @@ struct Inventory {
   bool trusts_units = false;  ///< InventoryOptions::trust_units
   /// Whether x and y are from the center of plots, computed from the subplots of FIA's trees.
   bool is_placed_by_subplots = false;
+
+  /// The column of the file that each label and the time is from; none for those joined of several.
+  std::map<std::string, std::string> label_columns{};
 
   /// Column of the file that may have the areas of the plots, see plot_area_column(); else empty.
   std::string area_column{};

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -40,9 +41,13 @@ struct AnalysisInput {
 struct AnalysisResult {
   std::vector<std::pair<std::string, data::Table>> tables{};
   std::vector<std::size_t> rows{};  ///< of the input, from 0, that the first table has
-  std::string json{};               ///< what is no table; an object, or empty
+  /// Columns of the input that the labels of tables are from, by the names of these.
+  std::map<std::string, std::string> label_columns{};
+  std::string json{};  ///< what is no table; an object, or empty
   std::vector<std::pair<std::string, fit::FittedModel>> fits{};  ///< by label
   std::optional<ModelLibrary> library{};
+  /// What was left out: rows, models, predictions; notes of rows say so, too.
+  std::vector<std::string> warnings{};
 };
 
 /// What an analysis reports while it runs.

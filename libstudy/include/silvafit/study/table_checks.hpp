@@ -60,4 +60,7 @@ void use_base_model(const BaseModel& model,
 /// The same as require_domain for predictions: the conditions on the covariates only.
 void require_domain_of_covariates(const BaseModel& model, const data::Table& table);
 
+/// The model of the catalogue that a fit is of; null if it is of none, or there is no catalogue.
+const BaseModel* base_model_of(const fit::FittedModel& fit, const Catalogue* catalogue);
+
 }  // namespace silvafit::study

@@ -116,4 +116,8 @@ ObservedTable read_model_table(const data::TableSource& source,
                                const ModelColumns& columns,
                                const NoteCallback& note = {});
 
+/// Checks the sizes of a table that is no file and has our columns.
+/// \throws InputError if a column or a plot has another unit
+void check_units(const data::Table& table);
+
 }  // namespace silvafit::study

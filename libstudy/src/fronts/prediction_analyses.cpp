@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: MIT
+// Predictions and calibrated random effects of a fit.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <utility>
+#include <variant>
+
+#include "fronts/call.hpp"
+#include "fronts/result_columns.hpp"
+#include "prediction/fitted_labels.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
+#include "silvafit/data/missing_codes.hpp"
+#include "silvafit/fit/calibration.hpp"
+#include "silvafit/fit/prediction.hpp"
+#include "silvafit/stand/tree_columns.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
+#include "silvafit/study/idle_settings.hpp"
+#include "silvafit/study/table_checks.hpp"
+
+namespace silvafit::study {
+namespace {
+
+using data::Table;
+
+/// What the predictions of groups are that are not in the fit, with the first of their labels;
+/// empty if there are none.
+/// \param is_new  of calibrated predictions also without a measured response
+std::string note_on_new_groups(const std::vector<fit::RandomEffects>& terms,
+                               const Table& table,
+                               const std::vector<bool>& is_new,
+                               bool is_calibrated) {
+  const auto count = std::ranges::count(is_new, true);
+  if (count == 0 || terms.empty()) return {};
+  std::vector<std::string> names;
+  std::vector<data::TextColumn> columns;
+  for (const fit::RandomEffects& term : terms) {
+    names.push_back(term.group_name());
+    if (!term.is_crossed) columns.push_back(table.labels(term.group));
+  }
+  std::vector<std::string> shown;
+  for (std::size_t row = 0; row < is_new.size() && !terms[0].is_crossed; ++row) {
+    if (!is_new[row]) continue;
+    std::vector<std::string> parts;
+    for (const data::TextColumn& column : columns) {
+      parts.emplace_back(column.is_missing(row) ? "missing" : column[row]);
+    }
+    const std::string label = fmt::format("{}", fmt::join(parts, " / "));
+    if (std::ranges::find(shown, label) != shown.end()) continue;
+    constexpr std::size_t kMostShown = 5;
+    shown.push_back(shown.size() < kMostShown ? label : "...");
+    if (shown.size() > kMostShown) break;
+  }
+  return fmt::format(
+      "{} of groups that are not in the fit{} ({}{}): their predictions have {}; `new_groups` has "
+      "other choices",
+      counted(static_cast<std::size_t>(count), "row is", "rows are"),
+      is_calibrated ? " and have no measured row" : "",
+      fmt::join(names, terms[0].is_crossed ? " or " : "/"),
+      shown.empty() ? "" : fmt::format(" {}", fmt::join(shown, ", ")),
+      shown.empty() ? "the effects of the known groups only" : "random effects 0");
+}
+
+/// On labels of factors that are not in the fit, whose predictions are missing.
+std::string note_on_new_levels(const fit::ColumnLevels& levels, const Table& table) {
+  if (!table.has(levels.column)) return {};
+  const data::TextColumn labels = table.labels(levels.column);
+  const std::vector<bool> is_new = has_unknown_label(levels, table);
+  std::vector<std::string> shown;
+  for (std::size_t row = 0; row < is_new.size(); ++row) {
+    if (!is_new[row]) continue;
+    const std::string label(labels[row]);
+    if (std::ranges::find(shown, label) == shown.end()) shown.push_back(label);
+  }
+  if (shown.empty()) return {};
+  return fmt::format("column {} has levels that are not in the fit ({}): {} missing",
+                     levels.column,
+                     data::list_of(shown),
+                     counted(static_cast<std::size_t>(std::ranges::count(is_new, true)),
+                             "prediction is",
+                             "predictions are"));
+}
+
+/// Calibration is by the measured response, so that a missing column, text or an infinite value is
+/// an error.
+void check_measured(const fit::FittedModel& fit, const Table& table) {
+  const std::string& response = fit.specification.formula.left;
+  const auto fail = [&](const char* what) { throw InputError(what, {.column = response}); };
+  if (!table.has(response)) {
+    fail("calibration needs this column, with a missing value where it was not measured");
+  }
+  if (!table.is_numeric(response)) {
+    const data::TextColumn& column = table.text(response);
+    for (std::size_t row = 0; row < column.size(); ++row) {
+      if (!column.is_missing(row)) fail("this column has text, but calibration needs numbers");
+    }
+  } else if (std::ranges::any_of(table.numbers(response),
+                                 [](double value) { return std::isinf(value); })) {
+    fail("a value is infinite; a missing value marks where the response was not measured");
+  }
+}
+
+/// The rows for a prediction. Those of a model of the catalogue are read as in files: codes of
+/// missing values are missing, and other values must be in its domain.
+std::shared_ptr<const Table> rows_for(const fit::FittedModel& fit,
+                                      const data::TableSource& source,
+                                      const Catalogue* catalogue,
+                                      bool is_calibrated,
+                                      std::vector<std::string>& warnings) {
+  auto rows = std::get<std::shared_ptr<const Table>>(source);
+  if (is_calibrated) check_measured(fit, *rows);
+  const BaseModel* const model = base_model_of(fit, catalogue);
+  if (model == nullptr) return rows;
+  Table table = *rows;
+  data::MissingCodes codes;
+  std::vector<std::string> names = model->covariates;
+  names.push_back(model->response);
+  for (const std::string& name : names) {
+    if (!stand::is_measure(name)) continue;
+    stand::take_missing_codes(
+        name, {name}, true, table, [&codes](const std::string& column, const std::string& code) {
+          codes.add(column, code);
+        });
+  }
+  if (!codes.empty()) warnings.push_back("codes read as missing values: " + codes.text());
+  require_domain_of_covariates(*model, table);
+  if (is_calibrated) require_possible(model->response, table);
+  return std::make_shared<const Table>(std::move(table));
+}
+
+/// The catalogue, if a fit is of one of its models.
+std::shared_ptr<const Catalogue> catalogue_for(const fit::FittedModel& fit,
+                                               const AnalysisCall& call) {
+  return fit.model.empty() ? nullptr : call.catalogue();
+}
+
+Table table_of_prediction(const fit::Prediction& found, fit::IntervalKind kind) {
+  Table table(static_cast<std::size_t>(found.value.size()));
+  table.set("value", numbers(found.value));
+  add_if_known("lower", found.lower, table);
+  add_if_known("upper", found.upper, table);
+  const bool is_mean = kind == fit::IntervalKind::kConfidence;
+  add_if_known("standard_error", is_mean ? found.mean_error : found.prediction_error, table);
+  if (!found.calibrated_from.empty()) {
+    table.set("calibrated_from", numbers(found.calibrated_from, std::identity()));
+  }
+  return table;
+}
+
+}  // namespace
+
+/// Without the argument `new_groups` a warning names the groups that are not in the fit.
+AnalysisWork predict_work(AnalysisCall& call) {
+  const auto settings = call.read_with_threads<PredictionSettings>();
+  refuse_idle_settings(settings);
+  return [fit = &call.fit(),
+          table = call.table(),
+          catalogue = catalogue_for(call.fit(), call),
+          says_new = !call.find("new_groups"),
+          settings](const AnalysisCallbacks& /*callbacks*/) {
+    const fit::Level level = settings.level;
+    const bool is_calibrated = level == fit::Level::kCalibrated;
+    AnalysisResult result;
+    const auto rows = rows_for(*fit, table, catalogue.get(), is_calibrated, result.warnings);
+    const fit::Prediction found = fit::predict(*fit, *rows, level, prediction_options(settings));
+    if (says_new && (is_calibrated || level == fit::Level::kConditional)) {
+      result.warnings.push_back(
+          note_on_new_groups(fit->specification.random, *rows, found.is_new_group, is_calibrated));
+    }
+    for (const fit::ColumnLevels& levels : fit->levels) {
+      result.warnings.push_back(note_on_new_levels(levels, *rows));
+    }
+    std::erase(result.warnings, "");
+    result.tables.emplace_back("rows", table_of_prediction(found, settings.interval_kind));
+    return result;
+  };
+}
+
+/// The random effects of the groups of the last term, with the labels of these.
+AnalysisWork calibrate_work(AnalysisCall& call) {
+  const auto settings = call.read_with_threads<PredictionSettings>();
+  const fit::CalibrationOptions options{.seen_groups = settings.seen_groups,
+                                        .threads = settings.threads};
+  return [fit = &call.fit(),
+          table = call.table(),
+          catalogue = catalogue_for(call.fit(), call),
+          options](const AnalysisCallbacks& /*callbacks*/) {
+    AnalysisResult result;
+    const auto rows = rows_for(*fit, table, catalogue.get(), true, result.warnings);
+    const fit::Calibration found = fit::calibrate(*fit, *rows, options);
+    const fit::CalibratedEffects& last = found.random.back();
+    Table groups(last.labels.size());
+    groups.set("label", texts(last.labels, std::identity()));
+    groups.set("measured", numbers(found.measured, std::identity()));
+    for (std::size_t k = 0; k < fit->random.back().names.size(); ++k) {
+      const Eigen::VectorXd effects = last.effects.row(static_cast<Eigen::Index>(k));
+      groups.set(fit->random.back().names[k], numbers(effects));
+    }
+    result.tables.emplace_back("groups", std::move(groups));
+    return result;
+  };
+}
+
+}  // namespace silvafit::study
