@@ -81,6 +81,7 @@ predict.silvafit <- function(object, newdata, level = "conditional", interval = 
                    coverage = if (interval != "none") coverage, interval = if (interval == "prediction") "prediction" else "confidence",
                    standard_errors = se.fit, threads = threads)
   result <- analysis_of_fit("predict", object, settings, newdata)
+  tell_notes(result$notes)
   if (says_new && !is_outer && result$json$new_groups != "") tell(result$json$new_groups)
   is_unmeasured <- result$tables$rows$calibrated_from %in% 0
   if (says_new && any(is_unmeasured)) {

@@ -347,8 +347,8 @@ class ProfileSearch {
       }
       return result;
     };
-    QuasiNewtonResult found =
-        minimize(objective, free, begin, {.decrement = kDecrement, .maximum_steps = 60});
+    QuasiNewtonResult found = minimize(
+        objective, layout.lifted(free), begin, {.decrement = kDecrement, .maximum_steps = 60});
     // A Hessian from far away may be too wrong for updates.
     constexpr int kFreshStarts = 3;
     for (int i = 0; i < kFreshStarts && std::isfinite(found.value) && !is_minimum(found); ++i) {

@@ -313,15 +313,23 @@ void note_success(const NonlinearModel& model,
     convergence.find({.kind = kPoorlyDetermined, .names = names_of(model, loose)});
   }
   convergence.find_kinks();
-  if (convergence.has_boundary()) {
-    convergence.find({.kind = kSingular, .names = convergence.boundary()});
+  std::vector<std::string> simpler = convergence.boundary();
+  std::vector<std::string> ends;
+  for (const Evidence& end : correlation_ends(model, fit).others) {
+    ends.push_back(text_of(end));
+    std::erase(simpler, ends.back());
   }
+  if (!simpler.empty()) convergence.find({.kind = kSingular, .names = std::move(simpler)});
+  if (!ends.empty()) convergence.find({.kind = kCorrelationEnd, .names = std::move(ends)});
   for (const VarianceFactorEstimate& factor : fit.variance.factors) {
-    const auto few = static_cast<double>(few_with_power(factor, variable_of(model, fit, factor)));
-    if (few == 0.0) continue;
-    convergence.evidence.push_back(
-        {.kind = Evidence::Kind::kPowerOfFew, .term = "delta", .value = few});
-    convergence.find({.kind = kPowerOfFew, .values = {few, factor.delta[0]}});
+    for (const PowerUse& use : power_uses(model, factor, variable_of(model, fit, factor))) {
+      if (use.few == 0) continue;
+      const std::string of = use.stratum.empty() ? "" : " of " + use.stratum;
+      const auto few = static_cast<double>(use.few);
+      convergence.evidence.push_back(
+          {.kind = Evidence::Kind::kPowerOfFew, .term = "delta" + of, .value = few});
+      convergence.find({.kind = kPowerOfFew, .names = {of}, .values = {few, use.delta}});
+    }
   }
   if (fit.floored_variances > 0) {
     const auto floored = static_cast<double>(fit.floored_variances);
