@@ -294,7 +294,7 @@ class Notes(ProgramTest):
         self.assertEqual(*columns)
         # A value of -99 may be one: the result asks.
         self.write("likely.csv", text({fields[0]: "-99"}))
-        self.assertTrue(self.run_json("fit", "likely.csv", *fit)["verdict"].startswith("The column y has -99 in 1 row and no other"))
+        self.assertTrue(self.run_json("fit", "likely.csv", *fit)["verdict"].startswith("The only value below 0 in the column y is -99, in 1 of the rows"))
 
 
 class IdleOptions(ProgramTest):

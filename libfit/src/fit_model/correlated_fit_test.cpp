@@ -2,6 +2,7 @@
 // Fits with correlated residuals on simulated data, against the formulas of a linear model with
 // dense matrices.
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
@@ -378,4 +379,28 @@ TEST_CASE("A symmetric structure predicts at the times of its fit only") {
         std::string::npos);
   // The population does not need the time.
   CHECK(fit::predict(fit, rows, fit::Level::kPopulation).value.allFinite());
+}
+
+TEST_CASE(
+    "Fewer groups than times leave the likelihood of a symmetric structure without a maximum") {
+  // The covariance of four residuals is estimated from three groups, so that it has rank three.
+  const data::Table table = four_times();
+  std::vector<std::size_t> rows;
+  for (std::size_t row = 0; row < 12; ++row) rows.push_back(row);
+  const fit::FittedModel fit = correlated_fit(table.select(rows), "symmetric(t | plot)", "").fit;
+  INFO(fit.convergence.verdict());
+  CHECK(fit.convergence.status == fit::ConvergenceStatus::kNoMaximum);
+}
+
+TEST_CASE("Profiles of a correlation at its end begin there") {
+  const data::Table table = differences();
+  const fit::FittedModel fit = correlated_fit(table, "exponential(t | plot)", "").fit;
+  const auto found =
+      fit::confidence_intervals(fit, table, {.method = fit::IntervalMethod::kProfile}).parameters;
+  const auto range = std::ranges::find(found, std::string("range"), &fit::ParameterInterval::name);
+  REQUIRE(range != found.end());
+  CHECK(range->lower == 0.0);
+  // gls(y ~ t, d, correlation = corExp(c(range), form = ~ t | g, fixed = TRUE), method = "ML") is
+  // qchisq(0.95, 1)/2 below independent residuals there, by uniroot(tol = 1e-10).
+  CHECK(range->upper == Approx(0.374350497715).epsilon(1e-6));
 }

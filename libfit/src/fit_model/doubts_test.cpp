@@ -106,7 +106,7 @@ TEST_CASE("a code of missing values that is the only negative value is named fir
   };
   const Convergence doubted = fitted_to("h ~ a + b*dbh");
   CHECK_THAT(doubted.verdict(),
-             StartsWith("The column h has -99 in 2 rows and no other value below 0"));
+             StartsWith("The only value below 0 in the column h is -99, in 2 of the rows"));
   CHECK(doubted.has(Evidence::Kind::kMissingCode, "h"));
   CHECK(doubted.has_doubts());
   CHECK(fitted_to("height ~ a + b*h").has(Evidence::Kind::kMissingCode, "h"));

@@ -176,6 +176,25 @@ void add_arma_ends(const CorrelationEstimate& estimate,
 
 }  // namespace
 
+double least_variance(const CorrelationEstimate& estimate) {
+  using Kind = Correlation::Kind;
+  const Kind kind = estimate.correlation.kind;
+  if (!estimate.values.allFinite()) return 1.0;
+  if (kind == Kind::kAr1 || kind == Kind::kCompoundSymmetry) {
+    return 1.0 - std::abs(estimate.values[0]);
+  }
+  if (kind != Kind::kSymmetric) return 1.0;
+  const Index times = std::ssize(estimate.times);
+  MatrixXd correlation = MatrixXd::Identity(times, times);
+  Index next = 0;
+  for (Index i = 0; i < times; ++i) {
+    for (Index j = i + 1; j < times; ++j) {
+      correlation(i, j) = correlation(j, i) = estimate.values[next++];
+    }
+  }
+  return symmetric_eigen(correlation).values[0];
+}
+
 CorrelationEnds correlation_ends(const NonlinearModel& model, const MixedEffectsFit& fit) {
   using Kind = Correlation::Kind;
   CorrelationEnds result;
@@ -190,10 +209,8 @@ CorrelationEnds correlation_ends(const NonlinearModel& model, const MixedEffects
     return result;
   }
   if (kind == Kind::kSymmetric) {
-    for (Index k = 0; k < values.size(); ++k) {
-      if (1.0 - std::abs(values[k]) > Thresholds::kDependence) continue;
-      result.others.push_back({.term = estimate.names[static_cast<std::size_t>(k)],
-                               .value = std::copysign(1.0, values[k])});
+    if (least_variance(estimate) < Thresholds::kDependence) {
+      result.others.push_back({.term = "the correlations of the times depend on each other"});
     }
     return result;
   }

@@ -52,6 +52,9 @@ struct CorrelationEnds {
       simpler{};                   ///< where a structure with fewer parameters has this correlation
   std::vector<Evidence> others{};  ///< phi1 = 1, theta1 = -1, rho = 1, a range without bound ...
 };
+/// About the smallest variance of a combination of a group's standardized residuals by ar1,
+/// compound symmetry or a symmetric structure; 1 for others.
+double least_variance(const CorrelationEstimate& estimate);
 CorrelationEnds correlation_ends(const NonlinearModel& model, const MixedEffectsFit& fit);
 
 /// Fills in the boundary of a fit's convergence: standard deviations of 0, correlations of 1 or -1,

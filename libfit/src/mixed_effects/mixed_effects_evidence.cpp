@@ -246,6 +246,8 @@ std::vector<Index> find_undetermined(const NonlinearModel& model,
                                      const PopulationSlopes& slopes,
                                      MixedEffectsFit& fit) {
   if (fit.residual_sd.size() == 0 || !fit.residual_sd.allFinite()) return {};
+  const auto& correlation = fit.variance.correlation;
+  if (correlation && least_variance(*correlation) < Thresholds::kDependent) return {};
   MatrixXd covariance = expected_covariance(
       model, fit, group_coefficients(model, fit), fit.residual_sd, slopes.frame.beta);
   std::vector<Index> loose =

@@ -182,8 +182,9 @@ std::string_view text_of(Finding::Kind kind) {
        "grows with the mean. Use `variance=power(delta = 0.5)`, or a Poisson or negative binomial "
        "model, such as glm(), MASS::glm.nb() or lme4::glmer() in R."},
       {kMissingCode,
-       "The column {a} has {b} in {x:.0f} [row|rows] and no other value below 0: if this is a code "
-       "of missing values, leave these fields empty, or name it with `missing={b}` where a file is "
+       "The only value below 0 in the column {a} is {b}, in {x:.0f} of the rows: if this is a code "
+       "of "
+       "missing values, leave these fields empty, or name it with `missing={b}` where a file is "
        "read."},
       {kCodesRead, "Codes read as missing values: {a}."},
       {kNameDoubt, "{a}"},
