@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
+#include <tuple>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
@@ -394,13 +395,20 @@ TEST_CASE(
 
 TEST_CASE("Profiles of a correlation at its end begin there") {
   const data::Table table = differences();
-  const fit::FittedModel fit = correlated_fit(table, "exponential(t | plot)", "").fit;
-  const auto found =
-      fit::confidence_intervals(fit, table, {.method = fit::IntervalMethod::kProfile}).parameters;
-  const auto range = std::ranges::find(found, std::string("range"), &fit::ParameterInterval::name);
-  REQUIRE(range != found.end());
-  CHECK(range->lower == 0.0);
   // gls(y ~ t, d, correlation = corExp(c(range), form = ~ t | g, fixed = TRUE), method = "ML") is
-  // qchisq(0.95, 1)/2 below independent residuals there, by uniroot(tol = 1e-10).
-  CHECK(range->upper == Approx(0.374350497715).epsilon(1e-6));
+  // qchisq(0.95, 1)/2 below independent residuals there, by uniroot(tol = 1e-11). Times are one
+  // apart, so that phi of car1 is exp(-1/range).
+  constexpr double kUpper = 0.374350497715;
+  for (const auto& [correlation, name, upper] :
+       {std::tuple{"exponential(t | plot)", "range", kUpper},
+        std::tuple{"car1(t | plot)", "phi", std::exp(-1.0 / kUpper)}}) {
+    const fit::FittedModel fit = correlated_fit(table, correlation, "").fit;
+    const auto found =
+        fit::confidence_intervals(fit, table, {.method = fit::IntervalMethod::kProfile}).parameters;
+    const auto own = std::ranges::find(found, name, &fit::ParameterInterval::name);
+    REQUIRE(own != found.end());
+    CHECK(own->lower == 0.0);
+    // Limits are roots to 1e-6 of the deviance's root, of which phi is the seventh power or so.
+    CHECK(own->upper == Approx(upper).epsilon(1e-5));
+  }
 }

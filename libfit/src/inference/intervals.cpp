@@ -180,8 +180,7 @@ void add_profiles(const FittedModel& fit,
       !kinks.empty() && is_linearized(fit)) {
     result.likelihood += fmt::format(
         ", which lacks the kinks of the formula in {}: compare with a bootstrap, or with profiles "
-        "of "
-        "`method=agq`",
+        "of `method=agq`",
         fmt::join(kinks, ", "));
   }
   const auto surface = make_surface(setting);

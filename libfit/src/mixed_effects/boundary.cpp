@@ -174,26 +174,12 @@ void add_arma_ends(const CorrelationEstimate& estimate,
   add(p, partials.size() - p, "the moving average is at its limit of invertibility");
 }
 
-}  // namespace
-
-double least_variance(const CorrelationEstimate& estimate) {
-  using Kind = Correlation::Kind;
-  const Kind kind = estimate.correlation.kind;
-  if (!estimate.values.allFinite()) return 1.0;
-  if (kind == Kind::kAr1 || kind == Kind::kCompoundSymmetry) {
-    return 1.0 - std::abs(estimate.values[0]);
-  }
-  if (kind != Kind::kSymmetric) return 1.0;
-  const Index times = std::ssize(estimate.times);
-  MatrixXd correlation = MatrixXd::Identity(times, times);
-  Index next = 0;
-  for (Index i = 0; i < times; ++i) {
-    for (Index j = i + 1; j < times; ++j) {
-      correlation(i, j) = correlation(j, i) = estimate.values[next++];
-    }
-  }
-  return symmetric_eigen(correlation).values[0];
-}
+/// Ends of the ranges of the residuals' correlation that a fit has reached.
+struct CorrelationEnds {
+  /// Where a structure with fewer parameters has the same correlation.
+  std::vector<Evidence> simpler{};
+  std::vector<Evidence> others{};
+};
 
 CorrelationEnds correlation_ends(const NonlinearModel& model, const MixedEffectsFit& fit) {
   using Kind = Correlation::Kind;
@@ -232,7 +218,7 @@ CorrelationEnds correlation_ends(const NonlinearModel& model, const MixedEffects
     if (values[0] - low < Thresholds::kDependence * (high - low)) {
       result.others.push_back({.term = name, .value = low});
     }
-  } else if (is_independent(model, estimate)) {
+  } else if (nearest < Thresholds::kDependence && is_independent(model, estimate)) {
     const bool is_nugget = has_nugget && 1.0 - nugget < Thresholds::kDependence;
     result.simpler.push_back({.term = is_nugget ? "nugget" : name, .value = is_nugget ? 1.0 : 0.0});
     return result;
@@ -241,6 +227,27 @@ CorrelationEnds correlation_ends(const NonlinearModel& model, const MixedEffects
     result.simpler.push_back({.term = "nugget", .value = 0.0});
   }
   return result;
+}
+
+}  // namespace
+
+double least_variance(const CorrelationEstimate& estimate) {
+  using Kind = Correlation::Kind;
+  const Kind kind = estimate.correlation.kind;
+  if (!estimate.values.allFinite()) return 1.0;
+  if (kind == Kind::kAr1 || kind == Kind::kCompoundSymmetry) {
+    return 1.0 - std::abs(estimate.values[0]);
+  }
+  if (kind != Kind::kSymmetric) return 1.0;
+  const Index times = std::ssize(estimate.times);
+  MatrixXd correlation = MatrixXd::Identity(times, times);
+  Index next = 0;
+  for (Index i = 0; i < times; ++i) {
+    for (Index j = i + 1; j < times; ++j) {
+      correlation(i, j) = correlation(j, i) = estimate.values[next++];
+    }
+  }
+  return symmetric_eigen(correlation).values[0];
 }
 
 PopulationSlopes population_slopes(const NonlinearModel& model, const MixedEffectsFit& fit) {
@@ -282,9 +289,9 @@ std::vector<PowerUse> power_uses(const NonlinearModel& model,
   return result;
 }
 
-void name_boundary(const NonlinearModel& model,
-                   const PopulationSlopes& slopes,
-                   MixedEffectsFit& fit) {
+std::vector<std::string> name_boundary(const NonlinearModel& model,
+                                       const PopulationSlopes& slopes,
+                                       MixedEffectsFit& fit) {
   for (const Evidence& found : boundary_of(model, slopes, fit)) fit.convergence.add_boundary(found);
   for (const VarianceFactorEstimate& factor : fit.variance.factors) {
     for (const PowerUse& use : power_uses(model, factor, variable_of(model, fit, factor))) {
@@ -299,7 +306,12 @@ void name_boundary(const NonlinearModel& model,
   }
   const CorrelationEnds ends = correlation_ends(model, fit);
   for (const Evidence& end : ends.simpler) fit.convergence.add_boundary(end);
-  for (const Evidence& end : ends.others) fit.convergence.add_boundary(end);
+  std::vector<std::string> others;
+  for (const Evidence& end : ends.others) {
+    others.push_back(text_of(end));
+    fit.convergence.add_boundary(end);
+  }
+  return others;
 }
 
 }  // namespace silvafit::fit

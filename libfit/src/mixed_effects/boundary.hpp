@@ -46,21 +46,15 @@ std::vector<PowerUse> power_uses(const NonlinearModel& model,
                                  const VarianceFactorEstimate& factor,
                                  const VectorXd& v);
 
-/// Ends of the ranges of the residuals' correlation that a fit has reached.
-struct CorrelationEnds {
-  std::vector<Evidence>
-      simpler{};                   ///< where a structure with fewer parameters has this correlation
-  std::vector<Evidence> others{};  ///< phi1 = 1, theta1 = -1, rho = 1, a range without bound ...
-};
 /// About the smallest variance of a combination of a group's standardized residuals by ar1,
 /// compound symmetry or a symmetric structure; 1 for others.
 double least_variance(const CorrelationEstimate& estimate);
-CorrelationEnds correlation_ends(const NonlinearModel& model, const MixedEffectsFit& fit);
 
 /// Fills in the boundary of a fit's convergence: standard deviations of 0, correlations of 1 or -1,
 /// variance functions whose constant or power vanishes, and ends of the residuals' correlation.
-void name_boundary(const NonlinearModel& model,
-                   const PopulationSlopes& slopes,
-                   MixedEffectsFit& fit);
+/// \return those that no simpler structure has: theta1 = -1, rho = 1, a range without bound ...
+std::vector<std::string> name_boundary(const NonlinearModel& model,
+                                       const PopulationSlopes& slopes,
+                                       MixedEffectsFit& fit);
 
 }  // namespace silvafit::fit

@@ -298,9 +298,11 @@ void note_degeneracy(Degeneracy found, MixedEffectsFit& fit) {
 }
 
 /// The findings of a converged fit.
+/// \param ends  of name_boundary()
 void note_success(const NonlinearModel& model,
                   const std::vector<Index>& loose,
                   Rounds rounds,
+                  const std::vector<std::string>& ends,
                   MixedEffectsFit& fit) {
   using enum Finding::Kind;
   Convergence& convergence = fit.convergence;
@@ -316,13 +318,9 @@ void note_success(const NonlinearModel& model,
   }
   convergence.find_kinks();
   std::vector<std::string> simpler = convergence.boundary();
-  std::vector<std::string> ends;
-  for (const Evidence& end : correlation_ends(model, fit).others) {
-    ends.push_back(text_of(end));
-    std::erase(simpler, ends.back());
-  }
+  for (const std::string& end : ends) std::erase(simpler, end);
   if (!simpler.empty()) convergence.find({.kind = kSingular, .names = std::move(simpler)});
-  if (!ends.empty()) convergence.find({.kind = kCorrelationEnd, .names = std::move(ends)});
+  if (!ends.empty()) convergence.find({.kind = kCorrelationEnd, .names = ends});
   for (const VarianceFactorEstimate& factor : fit.variance.factors) {
     for (const PowerUse& use : power_uses(model, factor, variable_of(model, fit, factor))) {
       if (use.few == 0) continue;
@@ -365,9 +363,9 @@ void judge(const NonlinearModel& model,
   const PopulationSlopes slopes = population_slopes(model, fit);
   fit.convergence.rank = information_rank(slopes.frame, fit);
   const std::vector<Index> loose = find_undetermined(model, slopes, fit);
-  name_boundary(model, slopes, fit);
+  const std::vector<std::string> ends = name_boundary(model, slopes, fit);
   if (fit.convergence.converged()) {
-    note_success(model, loose, rounds, fit);
+    note_success(model, loose, rounds, ends, fit);
   } else {
     note_failure(model, rounds, obstacle, fit);
     note_unbounded(model, loose, fit);

@@ -183,8 +183,7 @@ std::string_view text_of(Finding::Kind kind) {
        "model, such as glm(), MASS::glm.nb() or lme4::glmer() in R."},
       {kMissingCode,
        "The only value below 0 in the column {a} is {b}, in {x:.0f} of the rows: if this is a code "
-       "of "
-       "missing values, leave these fields empty, or name it with `missing={b}` where a file is "
+       "of missing values, leave these fields empty, or name it with `missing={b}` where a file is "
        "read."},
       {kCodesRead, "Codes read as missing values: {a}."},
       {kNameDoubt, "{a}"},
