@@ -274,6 +274,28 @@ class Notes(ProgramTest):
         self.assertIn("note: 1 tree is without dbh: neighbors of others, but not core trees", error)
         self.assertIn("note: codes read as missing values: dbh 1 (-)", error)
 
+    def test_codes_in_columns_of_a_formula_are_missing_values(self):
+        draw = random.Random(3)
+        rows = [(i % 5, i / 2 + 3, round(2 + 0.4 * (i / 2 + 3) + draw.gauss(0, 1), 3), i % 7) for i in range(60)]
+        text = lambda codes: "plot,d,y,age\n" + "".join(f"{p},{d},{codes.get((i, 'y'), y)},{codes.get((i, 'age'), age)}\n"
+                                                       for i, (p, d, y, age) in enumerate(rows))
+        fields = [(4, "y"), (9, "y"), (17, "age")]
+        self.write("codes.csv", text({fields[0]: "-9999", fields[1]: "-9999.0", fields[2]: "-99999"}))
+        self.write("empty.csv", text(dict.fromkeys(fields, "")))
+        fit = ("--formula", "y ~ a + b*d + c*age")
+        done = self.run_program("fit", "codes.csv", *fit, "--json")
+        self.assertIn("note: codes read as missing values: y 2 (-9999), age 1 (-99999)", done.stderr)
+        found, expected = json.loads(done.stdout), self.run_json("fit", "empty.csv", *fit)
+        self.assertEqual((found["fixed"], found["excluded"]), (expected["fixed"], 3))
+        self.write("fit.json", done.stdout)
+        for name in ("codes", "empty"):
+            self.run_program("predict", "fit.json", f"{name}.csv", "--out", f"{name}_out.csv")
+        columns = [[line.split(",")[4:] for line in (self.folder / f"{name}_out.csv").read_text(encoding="utf-8").splitlines()] for name in ("codes", "empty")]
+        self.assertEqual(*columns)
+        # A value of -99 may be one: the result asks.
+        self.write("likely.csv", text({fields[0]: "-99"}))
+        self.assertTrue(self.run_json("fit", "likely.csv", *fit)["verdict"].startswith("The only value below 0 in the column y is -99, in 1 of the rows"))
+
 
 class IdleOptions(ProgramTest):
     def test_options_that_would_do_nothing_are_refused(self):

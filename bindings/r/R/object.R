@@ -60,7 +60,7 @@ report_convergence <- function(object, method = NULL) {
 # Whether the message begins with names that may be misspelt columns, with an unsuitable response, or names values that were changed.
 has_doubts <- function(object) {
   kinds <- vapply(object$fit$evidence$findings, `[[`, "", "kind")
-  any(kinds %in% c("taken_as_parameter", "response_values", "floored_values"))
+  any(kinds %in% c("taken_as_parameter", "response_values", "missing_code", "floored_values"))
 }
 
 # Names of coefficients and other texts of the C++ libraries with the names that R uses.

@@ -2,9 +2,11 @@
 // Fits with correlated residuals on simulated data, against the formulas of a linear model with
 // dense matrices.
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
+#include <tuple>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
@@ -14,6 +16,7 @@
 #include "silvafit/fit/intervals.hpp"
 #include "silvafit/fit/likelihood_ratio.hpp"
 #include "silvafit/fit/model_texts.hpp"
+#include "silvafit/fit/nesting.hpp"
 #include "silvafit/fit/prediction.hpp"
 #include "silvafit/fit/simulated_responses.hpp"
 
@@ -256,4 +259,156 @@ TEST_CASE("Compound symmetry beside a random intercept is not identifiable") {
   const fit::FittedModel effects = correlated_fit(table, "").fit;
   REQUIRE(alone.convergence.converged());
   CHECK(alone.log_likelihood == Approx(effects.log_likelihood).margin(1e-6));
+}
+
+namespace {
+
+/// y = 1 + t/2 + the differences of sin(i^2), i counted over groups of 11: their moving average has
+/// the root 1. In R:
+///   u <- sin((1:55)^2); e <- unlist(lapply(0:4, function(j) diff(u[j*11 + 1:11])))
+///   d <- data.frame(t = rep(1:10, 5), g = rep(1:5, each = 10)); d$y <- 1 + d$t/2 + e
+data::Table differences() {
+  std::vector<double> t, h;
+  data::TextColumn plot;
+  for (int g = 0; g < 5; ++g) {
+    for (int k = 1; k <= 10; ++k) {
+      const double i = 11.0 * g + k;
+      t.push_back(k);
+      h.push_back(1.0 + 0.5 * k + std::sin((i + 1.0) * (i + 1.0)) - std::sin(i * i));
+      plot.append(std::to_string(g + 1));
+    }
+  }
+  data::Table table(t.size());
+  table.set("z", t);
+  table.set("t", std::move(t));
+  table.set("h", std::move(h));
+  table.set("plot", std::move(plot));
+  return table;
+}
+
+/// Twelve groups of four times: y = 1 + t/2 + sin(5 i^2) + 1.2 cos(3 g^2) + 0.4 t cos(11 g^2).
+data::Table four_times() {
+  std::vector<double> t, h;
+  data::TextColumn plot;
+  for (int i = 1; i <= 48; ++i) {
+    const int g = (i + 3) / 4;
+    const double time = (i - 1) % 4 + 1;
+    t.push_back(time);
+    h.push_back(1.0 + 0.5 * time + std::sin(5.0 * i * i) + 1.2 * std::cos(3.0 * g * g) +
+                0.4 * time * std::cos(11.0 * g * g));
+    plot.append(std::to_string(g));
+  }
+  data::Table table(t.size());
+  table.set("z", t);
+  table.set("t", std::move(t));
+  table.set("h", std::move(h));
+  table.set("plot", std::move(plot));
+  return table;
+}
+
+}  // namespace
+
+TEST_CASE("Correlations at the ends of their ranges are boundary fits") {
+  const data::Table table = differences();
+  // gls(y ~ t, d, correlation = ..., method = "ML") of nlme 3.1-162: corARMA(form = ~ t | g, q = 1)
+  // ends at theta = -0.99998 with -56.3000734; corCAR1 and corExp near 0 with that of independent
+  // residuals, -75.1634179.
+  struct End {
+    const char* correlation;
+    const char* named;
+    double log_likelihood;
+  };
+  for (const End& end : {End{"arma(0, 1, t | plot)", "theta1 = -1", -56.3000734},
+                         End{"car1(t | plot)", "phi = 0", -75.1634179},
+                         End{"exponential(t | plot)", "range = 0", -75.1634179},
+                         End{"gaussian(t | plot; nugget)", "range = 0", -75.1634179}}) {
+    const fit::FittedModel fit = correlated_fit(table, end.correlation, "").fit;
+    INFO(end.correlation << ": " << fit.convergence.verdict());
+    CHECK(fit.convergence.status == fit::ConvergenceStatus::kBoundary);
+    CHECK(fit.convergence.boundary() == std::vector<std::string>{end.named});
+    CHECK(fit.convergence.verdict().find(end.named) != std::string::npos);
+    // nlme stops before the end, 1e-6 of the log-likelihood below it.
+    CHECK(fit.log_likelihood == Approx(end.log_likelihood).margin(2e-6));
+  }
+  // Inside their ranges they are not.
+  const data::Table others = four_times();
+  for (const char* const correlation :
+       {"ar1(t | plot)", "compound-symmetry(1 | plot)", "symmetric(t | plot)"}) {
+    CHECK(correlated_fit(others, correlation, "").fit.convergence.status ==
+          fit::ConvergenceStatus::kConverged);
+  }
+}
+
+TEST_CASE("One correlation for each pair of times contains other structures") {
+  const data::Table table = four_times();
+  const auto fitted = [&](const char* correlation, const char* random = "") {
+    return correlated_fit(table, correlation, random).fit;
+  };
+  // anova() of gls(y ~ t, d, correlation = corSymm(form = ~ t | g), method = "ML") and the same
+  // with corCompSymm(form = ~ 1 | g) or corAR1(form = ~ t | g), nlme 3.1-162.
+  const fit::FittedModel symmetric = fitted("symmetric(t | plot)");
+  const fit::NestedTest compound =
+      fit::likelihood_ratio_test(symmetric, fitted("compound-symmetry(1 | plot)"));
+  CHECK(compound.degrees_of_freedom == 5);
+  // Searches end within 1e-6 of the log-likelihood, in both programs.
+  CHECK(compound.statistic == Approx(0.486521692633).margin(4e-6));
+  CHECK(compound.p == Approx(0.992608503).margin(1e-6));
+  const fit::NestedTest first = fit::likelihood_ratio_test(symmetric, fitted("ar1(t | plot)"));
+  CHECK(first.degrees_of_freedom == 5);
+  CHECK(first.statistic == Approx(7.44006487489).margin(4e-6));
+  // The groups of random effects are those of the correlation without a column.
+  const fit::FittedModel effects = fitted("ar1(t)", "a | plot");
+  CHECK(fit::nesting(effects, fitted("ar1(t | plot)", "a | plot")).is_nested);
+  CHECK(fit::nesting(effects, fitted("ar1(t | plot)")).is_nested);
+  CHECK_FALSE(
+      fit::nesting(fitted("compound-symmetry(1 | plot)"), fitted("ar1(t | plot)")).is_nested);
+}
+
+TEST_CASE("A symmetric structure predicts at the times of its fit only") {
+  const data::Table table = four_times();
+  const fit::FittedModel fit = correlated_fit(table, "symmetric(t | plot)", "").fit;
+  data::Table rows = table.select(std::vector<std::size_t>{0, 1, 2, 3});
+  std::vector<double> h(rows.numbers("h").begin(), rows.numbers("h").end());
+  std::vector<double> t{1.0, 2.0, 3.0, 7.0};
+  h[3] = std::nan("");
+  rows.set("h", h);
+  CHECK(fit::predict(fit, rows, fit::Level::kCalibrated).value.allFinite());
+  rows.set("t", t);
+  CHECK(message_of([&] {
+          fit::predict(fit, rows, fit::Level::kCalibrated);
+        }).find("no correlation for 7, which is none of the times of the fit (1, 2, 3, 4)") !=
+        std::string::npos);
+  // The population does not need the time.
+  CHECK(fit::predict(fit, rows, fit::Level::kPopulation).value.allFinite());
+}
+
+TEST_CASE(
+    "Fewer groups than times leave the likelihood of a symmetric structure without a maximum") {
+  // The covariance of four residuals is estimated from three groups, so that it has rank three.
+  const data::Table table = four_times();
+  std::vector<std::size_t> rows;
+  for (std::size_t row = 0; row < 12; ++row) rows.push_back(row);
+  const fit::FittedModel fit = correlated_fit(table.select(rows), "symmetric(t | plot)", "").fit;
+  INFO(fit.convergence.verdict());
+  CHECK(fit.convergence.status == fit::ConvergenceStatus::kNoMaximum);
+}
+
+TEST_CASE("Profiles of a correlation at its end begin there") {
+  const data::Table table = differences();
+  // gls(y ~ t, d, correlation = corExp(c(range), form = ~ t | g, fixed = TRUE), method = "ML") is
+  // qchisq(0.95, 1)/2 below independent residuals there, by uniroot(tol = 1e-11). Times are one
+  // apart, so that phi of car1 is exp(-1/range).
+  constexpr double kUpper = 0.374350497715;
+  for (const auto& [correlation, name, upper] :
+       {std::tuple{"exponential(t | plot)", "range", kUpper},
+        std::tuple{"car1(t | plot)", "phi", std::exp(-1.0 / kUpper)}}) {
+    const fit::FittedModel fit = correlated_fit(table, correlation, "").fit;
+    const auto found =
+        fit::confidence_intervals(fit, table, {.method = fit::IntervalMethod::kProfile}).parameters;
+    const auto own = std::ranges::find(found, name, &fit::ParameterInterval::name);
+    REQUIRE(own != found.end());
+    CHECK(own->lower == 0.0);
+    // Limits are roots to 1e-6 of the deviance's root, of which phi is the seventh power or so.
+    CHECK(own->upper == Approx(upper).epsilon(1e-5));
+  }
 }

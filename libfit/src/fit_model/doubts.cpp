@@ -8,6 +8,7 @@
 #include <string>
 
 #include "model/name_doubts.hpp"
+#include "silvafit/data/missing_codes.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -74,6 +75,27 @@ std::optional<Finding> response_doubt(const data::Table& table, const FitResult&
   return found ? found : zero_counts(specification, response);
 }
 
+/// A code of missing values that is the only negative value of a column.
+void add_code_doubt(const data::Table& table, const std::string& column, FitResult& result) {
+  if (!table.has(column) || !table.is_numeric(column)) return;
+  const auto values = table.numbers(column);
+  double code = 0.0;
+  int count = 0;
+  for (const std::size_t row : result.rows) {
+    if (!(values[row] < 0.0)) continue;
+    if (count > 0 && values[row] != code) return;
+    code = values[row];
+    ++count;
+  }
+  if (!data::is_missing_code(code) && !data::is_likely_missing_code(code)) return;
+  Convergence& convergence = result.fit.convergence;
+  convergence.find({.kind = Finding::Kind::kMissingCode,
+                    .names = {column, data::shortest(code)},
+                    .values = {static_cast<double>(count)}});
+  convergence.evidence.push_back(
+      {.kind = Evidence::Kind::kMissingCode, .term = column, .value = code});
+}
+
 }  // namespace
 
 void add_name_doubts(const FitModelOptions& options, FittedModel& fit) {
@@ -97,6 +119,12 @@ void add_doubts(const data::Table& table, const FitModelOptions& options, FitRes
     fit.convergence.find(*std::move(doubt));
     fit.convergence.add(Evidence::Kind::kResponseValues, {fit.specification.formula.left});
   }
+  std::set<std::string> columns{fit.specification.formula.left};
+  for (const ColumnRange& range : fit.ranges) columns.insert(range.column);
+  for (const VarianceFactor& factor : fit.specification.variance.factors) {
+    columns.insert(factor.column);
+  }
+  for (const std::string& column : columns) add_code_doubt(table, column, result);
   add_name_doubts(options, fit);
 }
 

@@ -12,7 +12,8 @@ namespace silvafit::fit {
 /// parameters. Nothing is added to models that are not from texts of a user.
 void add_name_doubts(const FitModelOptions& options, FittedModel& fit);
 
-/// The same, and the doubt about a response whose values are not those of a normal distribution.
+/// The same, and the doubts about a response whose values are not those of a normal distribution,
+/// and about columns whose only negative value is -9, -99 or -999.
 void add_doubts(const data::Table& table, const FitModelOptions& options, FitResult& result);
 
 }  // namespace silvafit::fit

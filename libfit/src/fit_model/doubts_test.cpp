@@ -96,6 +96,27 @@ TEST_CASE("a response of two values or of counts is named first") {
   CHECK_FALSE(fit_model(weighted, table).fit.convergence.has_doubts());
 }
 
+TEST_CASE("a code of missing values that is the only negative value is named first") {
+  Table table = doubted_trees();
+  std::vector<double> height(table.numbers("h").begin(), table.numbers("h").end());
+  height[4] = height[9] = -99.0;
+  table.set("h", height);
+  const auto fitted_to = [&](const char* formula) {
+    return fit_model(specify_model({.formula = formula}, table), table).fit.convergence;
+  };
+  const Convergence doubted = fitted_to("h ~ a + b*dbh");
+  CHECK_THAT(doubted.verdict(),
+             StartsWith("The only value below 0 in the column h is -99, in 2 of the rows"));
+  CHECK(doubted.has(Evidence::Kind::kMissingCode, "h"));
+  CHECK(doubted.has_doubts());
+  CHECK(fitted_to("height ~ a + b*h").has(Evidence::Kind::kMissingCode, "h"));
+  CHECK_FALSE(fitted_to("height ~ a + b*dbh").has_doubts());
+  // Columns with other negative values have values.
+  height[5] = -2.0;
+  table.set("h", height);
+  CHECK_FALSE(fitted_to("h ~ a + b*dbh").has_doubts());
+}
+
 TEST_CASE("models that are not from texts are not doubted") {
   const Table table = doubted_trees();
   const auto result = fit_model(specify_model("h ~ dbh*hgt", {}, table), table);

@@ -176,6 +176,13 @@ void add_profiles(const FittedModel& fit,
                   const IntervalOptions& options,
                   Intervals& result) {
   const SurfaceSetting setting(fit, table, options.stop);
+  if (const std::vector<std::string> kinks = setting.model.fixed_kinks();
+      !kinks.empty() && is_linearized(fit)) {
+    result.likelihood += fmt::format(
+        ", which lacks the kinks of the formula in {}: compare with a bootstrap, or with profiles "
+        "of `method=agq`",
+        fmt::join(kinks, ", "));
+  }
   const auto surface = make_surface(setting);
   std::vector<NaturalParameter> parameters = natural_parameters(setting, surface->layout());
   if (!fit.reml) {

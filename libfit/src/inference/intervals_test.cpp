@@ -273,6 +273,39 @@ TEST_CASE("intervals of lb and of the marginal likelihood agree where the model 
   }
 }
 
+TEST_CASE("profiles leave a variance of zero where the likelihood rises") {
+  // Eight groups of five: y = 1 + 2 x + sin(4 i^2), x = g/4.
+  data::Table table;
+  data::TextColumn plot;
+  std::vector<double> x;
+  std::vector<double> y;
+  for (int i = 1; i <= 40; ++i) {
+    const int g = (i + 4) / 5;
+    plot.append(std::to_string(g));
+    x.push_back(g / 4.0);
+    y.push_back(1.0 + 2.0 * x.back() + std::sin(4.0 * i * i));
+  }
+  table.set("plot", plot);
+  table.set("x", x);
+  table.set("y", y);
+  ModelSpecification model = specify_model("y ~ a + b*x", {}, table);
+  add_random_effects(model, "a | plot", table);
+  // lme4 1.1-31: f <- lmer(y ~ x + (1 | g), d, REML = FALSE) is singular; the limits are the roots
+  // of -2 logLik(lmer(I(y - b*x) ~ 1 + (1 | g), d, REML = FALSE)) + 2 logLik(f) - qchisq(0.95, 1),
+  // by uniroot(tol = 1e-11). sd(a) is 0.18 there.
+  for (const Method method : {Method::kLindstromBates, Method::kLaplace}) {
+    FitModelOptions options;
+    options.method = method;
+    const FittedModel fit = fit_model(model, table, options).fit;
+    CHECK(fit.convergence.status == ConvergenceStatus::kBoundary);
+    const Intervals found = confidence_intervals(fit, table, {.method = IntervalMethod::kProfile});
+    REQUIRE(found.parameters[1].name == "b");
+    // Limits are roots to 1e-6 of the distance.
+    CHECK(found.parameters[1].lower == Approx(1.890977169677).margin(2e-6));
+    CHECK(found.parameters[1].upper == Approx(2.702891916530).margin(2e-6));
+  }
+}
+
 TEST_CASE("intervals are refused for other data, wrong levels and fits that failed") {
   const data::Table table = curves();
   FittedModel fit = fitted_by_method(table, "a | plot", "none", "lb");

@@ -559,7 +559,7 @@ double from_symmetric(const NaturalParameter& parameter, double value) {
     case Form::kCommonCorrelation:
       return std::isinf(parameter.high)
                  ? std::exp(value)
-                 : parameter.high - (parameter.high - parameter.low) / (1.0 + std::exp(value));
+                 : parameter.low + (parameter.high - parameter.low) / (1.0 + std::exp(-value));
     default:
       return std::exp(value);
   }

@@ -334,16 +334,33 @@ class Comparer {
       nesting_.has_other_edge = nesting_.has_other_edge || !has_both_signs;
       return;
     }
-    const bool is_ar1 = small->kind == Kind::kAr1;
-    const bool is_order = large->kind == Kind::kArma && (is_ar1 || small->kind == Kind::kArma) &&
-                          large->autoregressive >= (is_ar1 ? 1 : small->autoregressive) &&
-                          large->moving_average >= small->moving_average;
-    const bool is_nugget = large->kind == small->kind && large->has_nugget && !small->has_nugget;
-    const bool has_same_rows = large->columns == small->columns && large->group == small->group;
-    if (!has_same_rows || !(is_order || is_nugget)) {
+    if (correlated_groups(larger_) != correlated_groups(smaller_)) {
+      return fail(fmt::format("the residuals are correlated within other groups by {} than by {}",
+                              large->text(),
+                              small->text()));
+    }
+    const bool is_symmetric = large->kind == Kind::kSymmetric;
+    const bool has_same_rows = large->columns == small->columns ||
+                               (is_symmetric && small->kind == Kind::kCompoundSymmetry);
+    const bool is_same = large->kind == small->kind && large->has_nugget >= small->has_nugget &&
+                         large->autoregressive >= small->autoregressive &&
+                         large->moving_average >= small->moving_average;
+    // car1 is ar1 with a positive phi.
+    const bool is_ar1 = small->kind == Kind::kAr1 || small->kind == Kind::kCar1;
+    const bool is_order = is_ar1 && (large->kind == Kind::kAr1 || large->autoregressive > 0);
+    // One correlation for each pair of times has those of any function of two times.
+    if (!has_same_rows || !(is_same || is_order || is_symmetric)) {
       return fail(fmt::format("{} does not contain {}", large->text(), small->text()));
     }
-    nesting_.has_other_edge = nesting_.has_other_edge || is_nugget;
+    nesting_.has_other_edge = nesting_.has_other_edge || large->has_nugget != small->has_nugget;
+  }
+
+  /// The columns whose values together are the groups of rows that are correlated.
+  static std::set<std::string> correlated_groups(const ModelSpecification& of) {
+    std::set<std::string> result;
+    for (const RandomEffects& term : of.random) result.insert(term.group);
+    if (!of.correlation->group.empty()) result.insert(of.correlation->group);
+    return result;
   }
 
   void compare_factor(const VarianceFactor& large, const VarianceFactor& small) {

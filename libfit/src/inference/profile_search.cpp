@@ -119,7 +119,7 @@ class ProfileSearch {
         outside = point;
       }
       if (!outside) {
-        if (std::abs(inside.t - origin()) > kFarthest * span_) return open(sign);
+        if (std::abs(inside.t - origin()) > farthest()) return open(sign);
         t = beyond(inside, before, sign, target);
         continue;
       }
@@ -159,6 +159,8 @@ class ProfileSearch {
   // A limit further away than this many first steps counts as none.
   static constexpr double kFarthest = 1e4;
 
+  /// Beyond a factor of e^100 a range or the odds of a correlation are at their end.
+  double farthest() const { return parameter_.form == Form::kResidual ? 100.0 : kFarthest * span_; }
   double closest(double t) const { return kClose * std::max(span_, std::abs(t - origin())); }
 
   double origin() const { return scale_.to(estimate_); }
@@ -195,7 +197,13 @@ class ProfileSearch {
     return point.root <= inside.root + kSteeper * slope * std::abs(point.t - inside.t) + kSlack;
   }
 
-  static Limit open(int sign) { return {.value = sign * kInfinity, .is_open = true}; }
+  Limit open(int sign) const {
+    if (parameter_.form == Form::kResidual) {
+      const double end = sign > 0 ? parameter_.high : parameter_.low;
+      if (std::isfinite(end)) return {.value = end, .is_end = true};
+    }
+    return {.value = sign * kInfinity, .is_open = true};
+  }
   Limit at(double t) const { return {.value = scale_.from(t)}; }
 
   /// Between the last point with a value and the next one without: 0 if it is there.
@@ -243,7 +251,13 @@ class ProfileSearch {
     if (!slope_.allFinite()) slope_.setZero();
     spread_ = start_.inverse * slope_;
     const double variance_of = slope_.dot(spread_);
-    const bool is_known = std::isfinite(variance_of) && variance_of > 0.0;
+    // Where the likelihood is flat the variance is nothing or rounding errors: a correlation at the
+    // end of its range is, on the search scale, a logarithm or logit.
+    constexpr double kLeast = 1e-10;
+    constexpr double kMost = 100.0;
+    const bool is_flat =
+        parameter_.form == Form::kResidual && !(variance_of > kLeast && variance_of < kMost);
+    const bool is_known = std::isfinite(variance_of) && variance_of > 0.0 && !is_flat;
     const bool is_inside = !is_at_lower_bound() && !is_at_upper_bound();
     error_ = is_known && is_inside ? std::sqrt(variance_of) : 0.0;
     span_ = error_ > 0.0 ? error_ : 0.1 * boundary_unit();
@@ -350,8 +364,8 @@ class ProfileSearch {
       }
       return result;
     };
-    QuasiNewtonResult found =
-        minimize(objective, free, begin, {.decrement = kDecrement, .maximum_steps = 60});
+    QuasiNewtonResult found = minimize(
+        objective, layout.lifted(free), begin, {.decrement = kDecrement, .maximum_steps = 60});
     // A Hessian from far away may be too wrong for updates.
     constexpr int kFreshStarts = 3;
     for (int i = 0; i < kFreshStarts && std::isfinite(found.value) && !is_minimum(found); ++i) {

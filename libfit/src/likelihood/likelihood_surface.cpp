@@ -60,11 +60,6 @@ void check_same_data(const FittedModel& fit, const NonlinearModel& model) {
                   model.observations()));
 }
 
-/// Whether the likelihood is that of the model linear around the estimates.
-bool is_linearized(const FittedModel& fit) {
-  return fit.method == Method::kLindstromBates || fit.reml || fit.specification.correlation;
-}
-
 CoefficientFrame frame_of(const FittedModel& fit,
                           const NonlinearModel& model,
                           const VectorXd& estimate) {
@@ -269,6 +264,10 @@ std::unique_ptr<LikelihoodSurface> make_surface(const SurfaceSetting& setting) {
   if (is_marginal(setting.fit.method)) return std::make_unique<MarginalSurface>(setting);
   if (is_linearized(setting.fit)) return std::make_unique<LinearizedSurface>(setting);
   return std::make_unique<LeastSquaresSurface>(setting);
+}
+
+bool is_linearized(const FittedModel& fit) {
+  return fit.method == Method::kLindstromBates || fit.reml || fit.specification.correlation;
 }
 
 std::string likelihood_in_words(const FittedModel& fit) {

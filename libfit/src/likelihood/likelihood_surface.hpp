@@ -67,6 +67,8 @@ class LikelihoodSurface {
 /// of the estimates.
 std::unique_ptr<LikelihoodSurface> make_surface(const SurfaceSetting& setting);
 
+/// Whether the likelihood of make_surface() is that of the model linear around the estimates.
+bool is_linearized(const FittedModel& fit);
 /// The name of the likelihood that make_surface returns for a fit, for messages.
 std::string likelihood_in_words(const FittedModel& fit);
 

@@ -5,6 +5,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -64,6 +65,21 @@ std::string SurfaceLayout::name(const NonlinearModel& model, Index at) const {
   const std::string& of_row = effects[static_cast<std::size_t>(row)];
   if (row == column) return fmt::format("sd({})", of_row);
   return fmt::format("cor({}, {})", effects[static_cast<std::size_t>(column)], of_row);
+}
+
+VectorXd SurfaceLayout::lifted(VectorXd x) const {
+  // In units of the residual standard deviation.
+  constexpr double kNone = 1e-3;
+  constexpr double kInside = 0.1;
+  for (std::size_t term = 0; term < terms(); ++term) {
+    const RelativeFactor& form = factor(term);
+    for (Index k = 0; k < form.parameter_count(); ++k) {
+      double& element = x[factor_at(term) + k];
+      const MatrixXd only = form.factor(VectorXd::Unit(form.parameter_count(), k));
+      if (!only.diagonal().isZero(0.0) && std::abs(element) < kNone) element = kInside;
+    }
+  }
+  return x;
 }
 
 VectorXd SurfaceLayout::coordinates(const VectorXd& beta,

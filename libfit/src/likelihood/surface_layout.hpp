@@ -56,6 +56,9 @@ class SurfaceLayout {
   VectorXd variance_part(const VectorXd& x) const { return x.segment(variance_at(), variance_); }
   /// The name of an element of x: "b", "sd(b)", "cor(a, b)", "the variance function", "sigma".
   std::string name(const NonlinearModel& model, Index at) const;
+  /// x with standard deviations of 0 inside: the likelihood is stationary at 0, so that a search
+  /// from there would not find that it rises.
+  VectorXd lifted(VectorXd x) const;
   /// Parameters as a vector.
   /// \param covariances  Psi of each term, in the coefficients' own units
   /// \param log_sigma    of the internal sigma

@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "correlation/correlation_structure.hpp"
+#include "model/correlated_rows.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "optimization/tolerances.hpp"
 #include "verdict/thresholds.hpp"
@@ -100,16 +102,6 @@ std::vector<Evidence> boundary_of(const NonlinearModel& model,
   return result;
 }
 
-/// Whether the constant of constant-plus-power is negligible beside the power in a stratum.
-bool is_pure_power(const VarianceFactorEstimate& factor, const VectorXd& values) {
-  const double mean_log = values.array().abs().max(1e-300).log().mean();
-  for (Index s = 0; s < factor.constant.size(); ++s) {
-    const double power = std::exp(factor.delta[std::min(s, factor.delta.size() - 1)] * mean_log);
-    if (factor.constant[s] < Thresholds::kTiny * power) return true;
-  }
-  return false;
-}
-
 /// (N) the share of the power in constant-plus-power.
 VectorXd power_shares(const VarianceFactorEstimate& factor,
                       const VectorXd& v,
@@ -126,12 +118,18 @@ VectorXd power_shares(const VarianceFactorEstimate& factor,
 }
 
 /// \param rows  those with the exponent
-PowerUse power_use(const std::vector<Index>& rows, const VectorXd& share, const VectorXd& v) {
-  // Without the power at these observations the log-likelihood falls by at most the sum of the
-  // squared shares, since its slope is zero.
-  PowerUse result;
+PowerUse power_use(const std::vector<Index>& rows,
+                   double delta,
+                   const VectorXd& share,
+                   const VectorXd& v) {
+  // Without the power at some observations the log-likelihood falls by at most the sum of their
+  // squared shares, since its slope is zero. The same holds for the constant.
+  const VectorXd own = share(rows);
   const Index top = *std::ranges::max_element(rows, {}, [&](Index i) { return share[i]; });
-  result.is_absent = !(share[top] > Thresholds::kNothing);
+  PowerUse result{.delta = delta,
+                  .is_absent = own.squaredNorm() < kSameLikelihood,
+                  .is_alone = (1.0 - own.array()).square().sum() < kSameLikelihood};
+  if (result.is_absent || result.is_alone) return result;
   const double size = std::abs(v[top]);
   double others = 0.0;
   bool has_others = false;
@@ -140,11 +138,117 @@ PowerUse power_use(const std::vector<Index>& rows, const VectorXd& share, const 
     others += share[i] * share[i];
     has_others = true;
   }
-  if (has_others && !result.is_absent && others < kSameLikelihood) result.only_at = size;
+  if (has_others && others < kSameLikelihood) result.only_at = size;
+  const Index count = (own.array() > Thresholds::kCounts / (1.0 + Thresholds::kCounts)).count();
+  const double most = std::abs(delta) > Thresholds::kSteep ? 1.0 : Thresholds::kFew;
+  if (static_cast<double>(count) < most * static_cast<double>(own.size())) result.few = count;
+  return result;
+}
+
+/// Whether the correlations of all rows are negligible: |R| is the product of 1 - r^2, r the
+/// correlations with the rows before.
+bool is_independent(const NonlinearModel& model, const CorrelationEstimate& estimate) {
+  double sum = 0.0;
+  for (const auto& factor : CorrelatedRows::of(model, &estimate)->factors(estimate)) {
+    sum -= 2.0 * factor->log_determinant();
+  }
+  return sum < Thresholds::kDependence * Thresholds::kDependence;
+}
+
+/// The ends of a structure whose partial autocorrelations are at 1 or -1.
+void add_arma_ends(const CorrelationEstimate& estimate,
+                   const VectorXd& partials,
+                   std::vector<Evidence>& result) {
+  const Index p = estimate.correlation.autoregressive;
+  const auto add = [&](Index first, Index count, const char* what) {
+    const VectorXd own = partials.segment(first, count);
+    if (count == 0 || 1.0 - own.cwiseAbs().maxCoeff() > Thresholds::kDependence) return;
+    if (count == 1) {
+      result.push_back({.term = estimate.names[static_cast<std::size_t>(first)],
+                        .value = std::copysign(1.0, own[0])});
+    } else {
+      result.push_back({.term = what});
+    }
+  };
+  add(0, p, "the autoregression is at its limit of stationarity");
+  add(p, partials.size() - p, "the moving average is at its limit of invertibility");
+}
+
+/// Ends of the ranges of the residuals' correlation that a fit has reached.
+struct CorrelationEnds {
+  /// Where a structure with fewer parameters has the same correlation.
+  std::vector<Evidence> simpler{};
+  std::vector<Evidence> others{};
+};
+
+CorrelationEnds correlation_ends(const NonlinearModel& model, const MixedEffectsFit& fit) {
+  using Kind = Correlation::Kind;
+  CorrelationEnds result;
+  if (!fit.variance.correlation || !fit.variance.correlation->values.allFinite()) return result;
+  const CorrelationEstimate& estimate = *fit.variance.correlation;
+  const Kind kind = estimate.correlation.kind;
+  const CorrelationStructure structure(estimate);
+  const VectorXd& values = estimate.values;
+  const std::string& name = estimate.names.front();
+  if (kind == Kind::kArma) {
+    add_arma_ends(estimate, (0.5 * structure.unconstrained(values)).array().tanh(), result.others);
+    return result;
+  }
+  if (kind == Kind::kSymmetric) {
+    if (least_variance(estimate) < Thresholds::kDependence) {
+      result.others.push_back({.term = "the correlations of the times depend on each other"});
+    }
+    return result;
+  }
+  // The correlation at a typical smallest distance.
+  const double nearest = kind == Kind::kAr1 || kind == Kind::kCompoundSymmetry
+                             ? values[0]
+                             : structure.at(structure.unconstrained(values))
+                                   ->between(estimate.unit, 0.0, 0.0, nullptr);
+  const bool has_nugget = estimate.correlation.has_nugget;
+  const double nugget = has_nugget ? values[1] : 0.0;
+  const auto [low, high] = structure.limits(0);
+  const bool can_be_negative = low < 0.0;
+  if (1.0 - nearest / (1.0 - nugget) < Thresholds::kDependence) {
+    const bool is_range = std::isinf(high);
+    result.others.push_back(
+        {.term = is_range ? "the range of the correlation is without bound" : name,
+         .value = is_range ? kNaN : high});
+  } else if (can_be_negative) {
+    if (values[0] - low < Thresholds::kDependence * (high - low)) {
+      result.others.push_back({.term = name, .value = low});
+    }
+  } else if (nearest < Thresholds::kDependence && is_independent(model, estimate)) {
+    const bool is_nugget = has_nugget && 1.0 - nugget < Thresholds::kDependence;
+    result.simpler.push_back({.term = is_nugget ? "nugget" : name, .value = is_nugget ? 1.0 : 0.0});
+    return result;
+  }
+  if (has_nugget && nugget < Thresholds::kDependence) {
+    result.simpler.push_back({.term = "nugget", .value = 0.0});
+  }
   return result;
 }
 
 }  // namespace
+
+double least_variance(const CorrelationEstimate& estimate) {
+  using Kind = Correlation::Kind;
+  const Kind kind = estimate.correlation.kind;
+  if (!estimate.values.allFinite()) return 1.0;
+  if (kind == Kind::kAr1 || kind == Kind::kCompoundSymmetry) {
+    return 1.0 - std::abs(estimate.values[0]);
+  }
+  if (kind != Kind::kSymmetric) return 1.0;
+  const Index times = std::ssize(estimate.times);
+  MatrixXd correlation = MatrixXd::Identity(times, times);
+  Index next = 0;
+  for (Index i = 0; i < times; ++i) {
+    for (Index j = i + 1; j < times; ++j) {
+      correlation(i, j) = correlation(j, i) = estimate.values[next++];
+    }
+  }
+  return symmetric_eigen(correlation).values[0];
+}
 
 PopulationSlopes population_slopes(const NonlinearModel& model, const MixedEffectsFit& fit) {
   MatrixXd jacobian = model.curve_at(model.extended(fit.estimate)).jacobian;
@@ -178,38 +282,36 @@ std::vector<PowerUse> power_uses(const NonlinearModel& model,
   std::vector<PowerUse> result;
   for (std::size_t s = 0; s < rows.size(); ++s) {
     if (rows[s].empty()) continue;
-    PowerUse use = power_use(rows[s], share, v);
+    PowerUse use = power_use(rows[s], factor.delta[static_cast<Index>(s)], share, v);
     if (rows.size() > 1) use.stratum = factor.strata[s];
     result.push_back(std::move(use));
   }
   return result;
 }
 
-Index few_with_power(const VarianceFactorEstimate& factor, const VectorXd& v) {
-  const bool has_one = factor.constant.size() == 1 && !factor.factor.constant;
-  if (!has_one || std::isinf(factor.constant[0])) return 0;
-  const Index count =
-      (power_shares(factor, v, {}).array() > Thresholds::kCounts / (1.0 + Thresholds::kCounts))
-          .count();
-  return static_cast<double>(count) < Thresholds::kFew * static_cast<double>(v.size()) ? count : 0;
-}
-
-void name_boundary(const NonlinearModel& model,
-                   const PopulationSlopes& slopes,
-                   MixedEffectsFit& fit) {
+std::vector<std::string> name_boundary(const NonlinearModel& model,
+                                       const PopulationSlopes& slopes,
+                                       MixedEffectsFit& fit) {
   for (const Evidence& found : boundary_of(model, slopes, fit)) fit.convergence.add_boundary(found);
   for (const VarianceFactorEstimate& factor : fit.variance.factors) {
-    if (factor.factor.constant || factor.constant.size() == 0) continue;
-    const VectorXd v = variable_of(model, fit, factor);
-    for (const PowerUse& use : power_uses(model, factor, v)) {
-      if (!use.is_absent) continue;
+    for (const PowerUse& use : power_uses(model, factor, variable_of(model, fit, factor))) {
       const std::string of = use.stratum.empty() ? "" : " of " + use.stratum;
-      fit.convergence.add_boundary({.term = fmt::format("the variance{} is constant", of)});
-    }
-    if (is_pure_power(factor, v)) {
-      fit.convergence.add_boundary({.term = "the constant of the variance function", .value = 0.0});
+      if (use.is_absent) {
+        fit.convergence.add_boundary({.term = fmt::format("the variance{} is constant", of)});
+      } else if (use.is_alone) {
+        fit.convergence.add_boundary(
+            {.term = fmt::format("the constant of the variance function{}", of), .value = 0.0});
+      }
     }
   }
+  const CorrelationEnds ends = correlation_ends(model, fit);
+  for (const Evidence& end : ends.simpler) fit.convergence.add_boundary(end);
+  std::vector<std::string> others;
+  for (const Evidence& end : ends.others) {
+    others.push_back(text_of(end));
+    fit.convergence.add_boundary(end);
+  }
+  return others;
 }
 
 }  // namespace silvafit::fit

@@ -26,16 +26,16 @@ VectorXd variable_of(const NonlinearModel& model,
                      const MixedEffectsFit& fit,
                      const VarianceFactorEstimate& factor);
 
-/// The number of observations for which the power of constant-plus-power is relevant, if these are
-/// few; otherwise 0.
-/// \param v  (N) the variable of the factor
-Index few_with_power(const VarianceFactorEstimate& factor, const VectorXd& v);
-
 /// What the data say about one exponent of constant-plus-power.
 struct PowerUse {
   std::string stratum{};  ///< empty without strata
-  /// Whether the power is negligible beside the constant at all observations.
+  double delta = 0.0;
+  /// Whether the power, or the constant, is negligible beside the other at all observations.
   bool is_absent = false;
+  bool is_alone = false;
+  /// The number of observations for which the power is relevant, if these are few, or if it is so
+  /// steep that it is nothing for the others; otherwise 0.
+  Index few = 0;
   /// Size of the variable at the only observations for which the power matters: an exponent without
   /// bound fits as well. NaN if it matters for several sizes.
   double only_at = kNaN;
@@ -46,10 +46,15 @@ std::vector<PowerUse> power_uses(const NonlinearModel& model,
                                  const VarianceFactorEstimate& factor,
                                  const VectorXd& v);
 
+/// About the smallest variance of a combination of a group's standardized residuals by ar1,
+/// compound symmetry or a symmetric structure; 1 for others.
+double least_variance(const CorrelationEstimate& estimate);
+
 /// Fills in the boundary of a fit's convergence: standard deviations of 0, correlations of 1 or -1,
-/// and variance functions whose constant or power vanishes.
-void name_boundary(const NonlinearModel& model,
-                   const PopulationSlopes& slopes,
-                   MixedEffectsFit& fit);
+/// variance functions whose constant or power vanishes, and ends of the residuals' correlation.
+/// \return those that no simpler structure has: theta1 = -1, rho = 1, a range without bound ...
+std::vector<std::string> name_boundary(const NonlinearModel& model,
+                                       const PopulationSlopes& slopes,
+                                       MixedEffectsFit& fit);
 
 }  // namespace silvafit::fit

@@ -160,12 +160,24 @@ class Components {
       factor.whiten(half);
       result.emplace_back(half + half.transpose());
     }
+    const bool is_at_end = has_correlation_at_end();
     for (Index k = 0; k < variance_.correlation_count(); ++k) {
       const MatrixXd half = factor.slope(k, identity);
-      result.emplace_back(-half - half.transpose());
+      result.emplace_back(is_at_end ? MatrixXd::Zero(half.rows(), half.cols())
+                                    : MatrixXd(-half - half.transpose()));
     }
     result.emplace_back(2.0 * identity);
     return result;
+  }
+
+  /// Whether a process or a matrix is at the end of its range, where its other parameters may have
+  /// one effect: a boundary, of which nothing can be removed.
+  bool has_correlation_at_end() const {
+    const Correlation::Kind kind = variance_.correlated()->structure().correlation().kind;
+    if (kind != Correlation::Kind::kArma && kind != Correlation::Kind::kSymmetric) return false;
+    // tanh(x/2) is 1 to within kDependence from here on.
+    const double end = std::log(2.0 / Thresholds::kDependence);
+    return variance_.correlation_part(point_.variance).cwiseAbs().maxCoeff() > end;
   }
 
   void add_components() {

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "mixed_effects/boundary.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "verdict/thresholds.hpp"
 
@@ -37,8 +38,17 @@ std::optional<Finding> exactness(const NonlinearModel& model,
   if (is_single && residual < Thresholds::kNothingLeft * spread) {
     return Finding{.kind = Finding::Kind::kSingleExact, .names = {terms.back().group}};
   }
-  if (!(residual < Thresholds::kRoundedResidual * spread)) return std::nullopt;
-  return Finding{.kind = Finding::Kind::kPerfectCurve};
+  if (residual < Thresholds::kRoundedResidual * spread) {
+    return Finding{.kind = Finding::Kind::kPerfectCurve};
+  }
+  const auto& correlation = fit.variance.correlation;
+  if (!correlation || least_variance(*correlation) > Thresholds::kDependent) return std::nullopt;
+  return Finding{
+      .kind = Finding::Kind::kText,
+      .names = {fmt::format("Not converged: a combination of the residuals is 0 in every group, so "
+                            "that the likelihood of {} has no maximum. Use a structure with fewer "
+                            "parameters, or more groups.",
+                            correlation->correlation.text())}};
 }
 
 /// The curves of the population and of groups with effects in one direction.

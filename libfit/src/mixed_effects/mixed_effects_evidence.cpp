@@ -246,6 +246,8 @@ std::vector<Index> find_undetermined(const NonlinearModel& model,
                                      const PopulationSlopes& slopes,
                                      MixedEffectsFit& fit) {
   if (fit.residual_sd.size() == 0 || !fit.residual_sd.allFinite()) return {};
+  const auto& correlation = fit.variance.correlation;
+  if (correlation && least_variance(*correlation) < Thresholds::kDependent) return {};
   MatrixXd covariance = expected_covariance(
       model, fit, group_coefficients(model, fit), fit.residual_sd, slopes.frame.beta);
   std::vector<Index> loose =
@@ -296,9 +298,11 @@ void note_degeneracy(Degeneracy found, MixedEffectsFit& fit) {
 }
 
 /// The findings of a converged fit.
+/// \param ends  of name_boundary()
 void note_success(const NonlinearModel& model,
                   const std::vector<Index>& loose,
                   Rounds rounds,
+                  const std::vector<std::string>& ends,
                   MixedEffectsFit& fit) {
   using enum Finding::Kind;
   Convergence& convergence = fit.convergence;
@@ -313,15 +317,19 @@ void note_success(const NonlinearModel& model,
     convergence.find({.kind = kPoorlyDetermined, .names = names_of(model, loose)});
   }
   convergence.find_kinks();
-  if (convergence.has_boundary()) {
-    convergence.find({.kind = kSingular, .names = convergence.boundary()});
-  }
+  std::vector<std::string> simpler = convergence.boundary();
+  for (const std::string& end : ends) std::erase(simpler, end);
+  if (!simpler.empty()) convergence.find({.kind = kSingular, .names = std::move(simpler)});
+  if (!ends.empty()) convergence.find({.kind = kCorrelationEnd, .names = ends});
   for (const VarianceFactorEstimate& factor : fit.variance.factors) {
-    const auto few = static_cast<double>(few_with_power(factor, variable_of(model, fit, factor)));
-    if (few == 0.0) continue;
-    convergence.evidence.push_back(
-        {.kind = Evidence::Kind::kPowerOfFew, .term = "delta", .value = few});
-    convergence.find({.kind = kPowerOfFew, .values = {few, factor.delta[0]}});
+    for (const PowerUse& use : power_uses(model, factor, variable_of(model, fit, factor))) {
+      if (use.few == 0) continue;
+      const std::string of = use.stratum.empty() ? "" : " of " + use.stratum;
+      const auto few = static_cast<double>(use.few);
+      convergence.evidence.push_back(
+          {.kind = Evidence::Kind::kPowerOfFew, .term = "delta" + of, .value = few});
+      convergence.find({.kind = kPowerOfFew, .names = {of}, .values = {few, use.delta}});
+    }
   }
   if (fit.floored_variances > 0) {
     const auto floored = static_cast<double>(fit.floored_variances);
@@ -355,9 +363,9 @@ void judge(const NonlinearModel& model,
   const PopulationSlopes slopes = population_slopes(model, fit);
   fit.convergence.rank = information_rank(slopes.frame, fit);
   const std::vector<Index> loose = find_undetermined(model, slopes, fit);
-  name_boundary(model, slopes, fit);
+  const std::vector<std::string> ends = name_boundary(model, slopes, fit);
   if (fit.convergence.converged()) {
-    note_success(model, loose, rounds, fit);
+    note_success(model, loose, rounds, ends, fit);
   } else {
     note_failure(model, rounds, obstacle, fit);
     note_unbounded(model, loose, fit);

@@ -352,6 +352,35 @@ TEST_CASE("the test of a vanishing constant does not depend on the unit of its c
   }
 }
 
+TEST_CASE("constant-plus-power that is a power or a step is named") {
+  const auto fitted = [](double constant, double exponent) {
+    silvafit::Random random(7);
+    std::vector<double> v;
+    std::vector<double> y;
+    for (int i = 0; i < 400; ++i) {
+      v.push_back(0.5 + 0.005 * i);
+      y.push_back(10.0 + random.normal() * (constant + std::pow(v.back() / 2.2, exponent)));
+    }
+    Table table;
+    table.set("v", v);
+    table.set("y", y);
+    ModelSpecification model = specify_model("y ~ a + 0*v", {}, table);
+    model.variance = parse_variance_function("constant-plus-power(v)");
+    return fit_lindstrom_bates(NonlinearModel(model, table), VectorXd::Constant(1, 10.0));
+  };
+  // Without a constant the estimate of a constant is 0, or so small that it changes nothing.
+  const MixedEffectsFit power = fitted(0.0, 2.0);
+  INFO(power.convergence.verdict());
+  CHECK(power.convergence.boundary() ==
+        std::vector<std::string>{"the constant of the variance function = 0"});
+  // 0.1 and 40 are felt at v = 2.2 and more, an eighth of the observations.
+  const MixedEffectsFit step = fitted(1.0, 40.0);
+  INFO(step.convergence.verdict());
+  CHECK(step.convergence.status == ConvergenceStatus::kConverged);
+  CHECK(step.variance.factors[0].delta[0] > 20.0);
+  CHECK(step.convergence.has(Evidence::Kind::kPowerOfFew, "delta"));
+}
+
 TEST_CASE("strata and products are never below nested functions") {
   Table table = scaled_curves(1.0);
   TextColumn species;

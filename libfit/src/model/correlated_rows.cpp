@@ -214,6 +214,19 @@ void require_possible(const Correlation& correlation, const CorrelationScale& sc
 
 }  // namespace
 
+void require_known_time(const CorrelationStructure& structure, double time, Place place) {
+  const Correlation& correlation = structure.correlation();
+  if (correlation.kind != Kind::kSymmetric || structure.place(time) >= 0.0) return;
+  if (!correlation.columns.empty()) place.column = correlation.columns.front();
+  throw InputError(
+      fmt::format("{} has no correlation for {}, which is none of the times of the fit "
+                  "({}); leave such rows out, or fit ar1, car1 or arma",
+                  correlation.text(),
+                  time,
+                  fmt::join(structure.scale().times, ", ")),
+      place);
+}
+
 std::shared_ptr<const CorrelatedRows> CorrelatedRows::of(const NonlinearModel& model,
                                                          const CorrelationEstimate* known) {
   const auto& correlation = model.specification().correlation;
@@ -236,7 +249,11 @@ std::shared_ptr<const CorrelatedRows> CorrelatedRows::of(const NonlinearModel& m
   }
   CorrelationStructure structure(*correlation, scale);
   for (Block& block : builder.blocks_) {
-    for (double& place : block.places.reshaped()) place = structure.place(place);
+    for (Index i = 0; i < block.places.rows(); ++i) {
+      require_known_time(
+          structure, block.places(i, 0), model.place(block.rows[static_cast<std::size_t>(i)]));
+      for (double& place : block.places.row(i)) place = structure.place(place);
+    }
   }
   return std::shared_ptr<const CorrelatedRows>(new CorrelatedRows(
       std::move(structure), std::move(builder.blocks_), std::move(builder.first_block_)));

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "correlation/correlation_structure.hpp"
+#include "silvafit/base/error.hpp"
 #include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 #include "silvafit/fit/variance_function.hpp"
@@ -62,6 +63,9 @@ class CorrelatedRows {
   std::vector<Block> blocks_;
   std::vector<std::size_t> first_block_;
 };
+
+/// \throws InputError if a symmetric structure does not have the time
+void require_known_time(const CorrelationStructure& structure, double time, Place place);
 
 /// Divides rows (N x c) that are in residual standard deviations by L of a fit's correlation; rows
 /// with independent residuals are not changed.

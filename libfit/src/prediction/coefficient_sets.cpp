@@ -295,7 +295,7 @@ void add_groups(const FittedModel& fit,
   if (with_covariances && !is_calibrated && are_crossed(fit.specification.random)) {
     throw UsageError(
         "standard errors and intervals of predictions with crossed random effects, or with more "
-        "than two levels of groups, are available at the population `level` only");
+        "than two levels of groups, are available with `level` population only");
   }
   const bool uses_fit = !is_calibrated || options.seen_groups != SeenGroups::kNew;
   if (with_covariances && uses_fit) require_uncertainty(fit);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "correlation/correlation_structure.hpp"
+#include "model/correlated_rows.hpp"
 #include "model/group_labels.hpp"
 #include "prediction/row_mean.hpp"
 #include "prediction/student_quantiles.hpp"
@@ -43,7 +44,6 @@ class NeighborResiduals {
           data::variable_values(correlation_.columns[static_cast<std::size_t>(k)], table);
       places_.col(k) = Eigen::Map<const VectorXd>(values.data(), std::ssize(values));
     }
-    for (double& place : places_.reshaped()) place = structure_.place(place);
     const auto numbers = table.numbers(fit.specification.formula.left);
     response_ = Eigen::Map<const VectorXd>(numbers.data(), std::ssize(numbers));
     const VectorXd extent = places_.array().isNaN().select(0.0, places_).colwise().maxCoeff() -
@@ -70,9 +70,7 @@ class NeighborResiduals {
     for (Index row = 0; row < places_.rows(); ++row) {
       const auto at = static_cast<std::size_t>(row);
       const bool is_known = std::isfinite(result_.value[row]) && result_.residual_sd[row] > 0.0;
-      const bool is_time =
-          structure_.correlation().kind != Correlation::Kind::kSymmetric || places_(row, 0) >= 0.0;
-      if (!is_known || !is_time || !places_.row(row).allFinite()) continue;
+      if (!is_known || !places_.row(row).allFinite()) continue;
       std::string label;
       if (fit_.has_random_effects()) label = labels.of(fit_.random.size() - 1, at);
       if (fit_.has_random_effects() && label.empty()) continue;
@@ -87,6 +85,13 @@ class NeighborResiduals {
   }
 
   void add(const std::string& label, GroupRows& rows) {
+    for (const std::vector<Index>* const part : {&rows.measured, &rows.others}) {
+      for (const Index row : *part) {
+        require_known_time(
+            structure_, places_(row, 0), data::place_of(table_, static_cast<std::size_t>(row), ""));
+        places_(row, 0) = structure_.place(places_(row, 0));
+      }
+    }
     if (places_.cols() == 1) {
       std::ranges::stable_sort(rows.measured, {}, [this](Index i) { return places_(i, 0); });
     }

@@ -99,7 +99,7 @@ void Convergence::add(EvidenceKind kind, const std::vector<std::string>& terms) 
 bool Convergence::has_doubts() const {
   return std::ranges::any_of(evidence, [](const Evidence& item) {
     return item.kind == EvidenceKind::kTakenAsParameter ||
-           item.kind == EvidenceKind::kResponseValues;
+           item.kind == EvidenceKind::kResponseValues || item.kind == EvidenceKind::kMissingCode;
   });
 }
 

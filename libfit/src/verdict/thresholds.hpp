@@ -64,14 +64,13 @@ struct Thresholds {
 
   // The variance function.
 
-  /// A constant below this share of the power is zero: it changes no residual's weight by 1e-8.
-  static constexpr double kTiny = 1e-8;
-  /// A power with a smaller share of the standard deviation at all observations is absent.
-  static constexpr double kNothing = 1e-6;
   /// A power counts at an observation from a tenth of the constant on, and matters for few if these
   /// are less than a tenth of all.
   static constexpr double kCounts = 0.1;
   static constexpr double kFew = 0.1;
+  /// A power whose values differ a thousandfold where those of the variable differ twofold is a
+  /// step.
+  static constexpr double kSteep = 10.0;
 
   // Likelihoods.
 

@@ -181,6 +181,11 @@ std::string_view text_of(Finding::Kind kind) {
        "All values of {a} are whole numbers, some of them 0: if they are counts, their variance "
        "grows with the mean. Use `variance=power(delta = 0.5)`, or a Poisson or negative binomial "
        "model, such as glm(), MASS::glm.nb() or lme4::glmer() in R."},
+      {kMissingCode,
+       "The only value below 0 in the column {a} is {b}, in {x:.0f} of the rows: if this is a code "
+       "of missing values, leave these fields empty, or name it with `missing={b}` where a file is "
+       "read."},
+      {kCodesRead, "Codes read as missing values: {a}."},
       {kNameDoubt, "{a}"},
 
       {kMovingMost, "The farthest from its optimum is {a}."},
@@ -225,13 +230,18 @@ std::string_view text_of(Finding::Kind kind) {
        "`agq_points=15`, or {simpler}."},
       {kUseFocei, "Use `method=focei`, or {simpler}."},
       {kSingular, "Boundary (singular) fit: {each}. A simpler structure fits equally well."},
+      {kCorrelationEnd,
+       "The residuals' correlation is at the end of its range: {each}. Tests and Wald intervals of "
+       "its parameters are not valid there; compare with another structure."},
       {kAtKink,
        "The optimum is at a kink of the formula in {names}, where an observation changes from one "
        "branch to another: standard errors are those of one side, so compare them with "
        "profile intervals."},
       {kPowerOfFew,
-       "The power of the variance matters for {x:.0f} observation[|s] only: with an exponent of "
-       "{y:.3g} the variance of all others is constant."},
+       "The power of the variance{a} matters for {x:.0f} of the observations only: with an "
+       "exponent "
+       "of {y:.3g} the variance of all others is constant. Compare with a constant variance, or "
+       "with a stratum of these observations."},
       {kFloored,
        "{x:.0f} fitted value[ is|s are] too near zero for a power variance and set to a lower "
        "limit."},

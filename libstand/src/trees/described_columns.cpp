@@ -212,8 +212,9 @@ TableDescription Describer::run() {
   table_ = data::read_csv_table(
       reader_, {.text_columns = std::move(labels), .missing = options_.missing}, &codes_);
   result_.rows = table_.rows();
+  data::take_missing_codes(table_, codes_);
   for (const std::string& column : table_.names()) describe(column);
-  if (!codes_.empty()) note("codes read as missing values: " + codes_.text());
+  note(codes_.note());
   add_lacks();
   return std::move(result_);
 }

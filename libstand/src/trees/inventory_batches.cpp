@@ -199,7 +199,8 @@ void InventoryReader::read_other_columns() {
   if (plan_.others.empty()) return;
   const data::CsvTableOptions options{
       .columns = sources_of_others(), .missing = options_.missing, .fill_down = plan_.filled_down};
-  const data::Table source = data::read_csv_table(prepared_.table, options).select(kept_rows_);
+  data::Table source = data::read_csv_table(prepared_.table, options).select(kept_rows_);
+  data::take_missing_codes(source, codes_);
   for (const ColumnMapping& other : plan_.others) {
     if (std::ranges::find(csv_.header(), other.source) == csv_.header().end()) {
       table.set(other.name, data::evaluate(data::Expression::parse(other.source), source));

@@ -410,8 +410,8 @@ std::string InventoryReader::note_on_empty_plots() const {
 std::vector<std::string> InventoryReader::recognized() const {
   std::vector<std::string> texts{data::describe_layout(csv_.layout()),
                                  prepared_.note,
-                                 describe_usual_columns(plan_.usual, csv_.header())};
-  if (!codes_.empty()) texts.push_back("codes read as missing values: " + codes_.text());
+                                 describe_usual_columns(plan_.usual, csv_.header()),
+                                 codes_.note()};
   texts.push_back(spellings_.note());
   texts.push_back(note_on_dead());
   std::erase(texts, "");

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 
+#include "silvafit/data/missing_codes.hpp"
 #include "silvafit/stand/inventory.hpp"
 
 namespace silvafit::stand {
@@ -203,11 +204,11 @@ bool is_measure(std::string_view name) {
 }
 
 bool is_missing_number_of(std::string_view name, double value) {
-  if (value == -9999.0 || value == -99999.0) return true;
+  if (data::is_missing_code(value)) return true;
   // A tree may stand 999 m to the west of the origin.
   const TreeColumn* const column = tree_column(name);
   if (column != nullptr && column->is_position()) return false;
-  return value == -9.0 || value == -99.0 || value == -999.0;
+  return data::is_likely_missing_code(value);
 }
 
 bool is_zero_missing(std::string_view name) {

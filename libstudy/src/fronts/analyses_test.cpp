@@ -2,6 +2,7 @@
 #include "silvafit/study/analyses.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -68,4 +69,28 @@ TEST_CASE("an argument that cannot be used is named") {
   refuses(R"({"edge": "rim"})", "`edge`", "must be one of buffer, hanisch, torus, none");
   refuses(R"({"columns": {"dbh": [1]}})", "`columns`", "must be a text");
   refuses(R"({"threads": -1})", "`threads`", "must be between 0");
+}
+
+TEST_CASE("codes of missing values are missing in data of fits and predictions, and said") {
+  data::Table table;
+  table.set("x", {1.0, 2.0, 3.0, 4.0, -9999.0, 6.0});
+  table.set("y", {1.1, 1.9, 3.2, -9999.0, 5.0, 5.8});
+  const data::TableSource rows = std::make_shared<const data::Table>(std::move(table));
+  const AnalysisResult fitted = prepare_analysis(
+      "fit",
+      {.arguments = R"({"formula": "y ~ a + b*x", "columns": ["x", "y"]})", .table = rows})({});
+  const fit::FittedModel& fit = fitted.fits.front().second;
+  CHECK(fitted.rows == std::vector<std::size_t>{0, 1, 2, 5});
+  CHECK(fit.excluded == 2);
+  // lm() of the four rows.
+  CHECK(fit.estimate[1] == Approx(0.95).epsilon(1e-12));
+  CHECK_THAT(
+      fit.convergence.verdict(),
+      Catch::Matchers::StartsWith("Codes read as missing values: x 1 (-9999), y 1 (-9999)."));
+  CHECK(fit.convergence.has_doubts());
+  const AnalysisResult predicted = prepare_analysis(
+      "predict", {.arguments = R"({"level": "population"})", .table = rows, .fits = {&fit}})({});
+  CHECK(std::isnan(predicted.tables.front().second.numbers("value")[4]));
+  CHECK(predicted.warnings ==
+        std::vector<std::string>{"codes read as missing values: x 1 (-9999), y 1 (-9999)"});
 }

@@ -12,6 +12,7 @@
 #include "fronts/result_columns.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_text.hpp"
+#include "silvafit/data/missing_codes.hpp"
 #include "silvafit/fit/comparison.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/fit/inference_json.hpp"
@@ -28,8 +29,18 @@ namespace silvafit::study {
 namespace {
 
 using data::Table;
-using data::TableSource;
 using nlohmann::ordered_json;
+
+/// The rows of a fit, where codes of missing values are missing as in files.
+Table rows_of(const AnalysisCall& call, data::MissingCodes& codes) {
+  Table table = *std::get<std::shared_ptr<const Table>>(call.table());
+  data::take_missing_codes(table, codes);
+  return table;
+}
+Table rows_of(const AnalysisCall& call) {
+  data::MissingCodes codes;
+  return rows_of(call, codes);
+}
 
 /// Columns of a matrix with their numbers, from 0, as names.
 Table table_of_columns(const Eigen::MatrixXd& values) {
@@ -232,18 +243,25 @@ AnalysisWork fit_work(AnalysisCall& call) {
   call.read_names("columns", request.texts.columns);
   call.read_names("factors", request.factors);
   const auto catalogue = request.model.empty() ? nullptr : call.catalogue();
-  return [request, catalogue, table = call.table()](const AnalysisCallbacks& callbacks) {
-    return result_of(request, table_of(table), catalogue.get(), callbacks);
+  data::MissingCodes codes;
+  return [request, catalogue, table = rows_of(call, codes), codes](
+             const AnalysisCallbacks& callbacks) {
+    AnalysisResult result = result_of(request, table, catalogue.get(), callbacks);
+    if (codes.empty()) return result;
+    fit::Convergence& convergence = result.fits.front().second.convergence;
+    convergence.find({.kind = fit::Finding::Kind::kCodesRead, .names = {codes.text()}});
+    convergence.add(fit::Evidence::Kind::kMissingCode, {codes.text()});
+    return result;
   };
 }
 
 AnalysisWork intervals_work(AnalysisCall& call) {
   return [fit = &call.fit(),
-          table = call.table(),
+          table = rows_of(call),
           options = call.read_with_threads<fit::IntervalOptions>(),
           front = call.input().front](const AnalysisCallbacks& callbacks) mutable {
     options.stop = callbacks.stop;
-    const fit::Intervals found = fit::confidence_intervals(*fit, table_of(table), options);
+    const fit::Intervals found = fit::confidence_intervals(*fit, table, options);
     using One = fit::ParameterInterval;
     Table parameters(found.parameters.size());
     parameters.set("name", texts(found.parameters, &One::name));
@@ -262,12 +280,12 @@ AnalysisWork intervals_work(AnalysisCall& call) {
 
 AnalysisWork bootstrap_work(AnalysisCall& call) {
   return [fit = &call.fit(),
-          table = call.table(),
+          table = rows_of(call),
           options = resampling_options<fit::BootstrapOptions>(call),
           front = call.input().front](const AnalysisCallbacks& callbacks) mutable {
     options.refit.stop = callbacks.stop;
     options.progress = progress_of("bootstrap", callbacks);
-    const fit::Bootstrap found = fit::bootstrap(*fit, table_of(table), options);
+    const fit::Bootstrap found = fit::bootstrap(*fit, table, options);
     const ordered_json counts{{"replicates", found.replicates}, {"converged", found.converged}};
     return AnalysisResult{.tables = {{"parameters", table_of_parameters(found.parameters)},
                                      {"failures", table_of_reasons(found.failures, front)},
@@ -279,12 +297,12 @@ AnalysisWork bootstrap_work(AnalysisCall& call) {
 
 AnalysisWork cross_validate_work(AnalysisCall& call) {
   return [fit = &call.fit(),
-          table = call.table(),
+          table = rows_of(call),
           options = resampling_options<fit::CrossValidationOptions>(call),
           front = call.input().front](const AnalysisCallbacks& callbacks) mutable {
     options.refit.stop = callbacks.stop;
     options.progress = progress_of("cross-validation", callbacks);
-    const fit::CrossValidation found = fit::cross_validate(*fit, table_of(table), options);
+    const fit::CrossValidation found = fit::cross_validate(*fit, table, options);
     Table rows(found.rows.size());
     rows.set("fold", numbers(found.fold, std::identity()));
     rows.set("observed", numbers(found.observed));
@@ -304,27 +322,27 @@ AnalysisWork compare_work(AnalysisCall& call) {
 /// Arguments: `count` of replicates and `seed`.
 AnalysisWork simulate_work(AnalysisCall& call) {
   return [fit = &call.fit(),
-          table = call.table(),
+          table = rows_of(call),
           count = call.number("count", 1),
           seed = call.number("seed", 1)](const AnalysisCallbacks& /*callbacks*/) {
-    const auto drawn = fit::simulate_responses(*fit, table_of(table), count, seed);
+    const auto drawn = fit::simulate_responses(*fit, table, count, seed);
     return AnalysisResult{.tables = {{"rows", table_of_columns(drawn.values)}}, .rows = drawn.rows};
   };
 }
 
 AnalysisWork residuals_work(AnalysisCall& call) {
-  return [fit = &call.fit(), table = call.table()](const AnalysisCallbacks& /*callbacks*/) {
-    return result_of(fit::residuals(*fit, table_of(table)), *fit, table_of(table));
+  return [fit = &call.fit(), table = rows_of(call)](const AnalysisCallbacks& /*callbacks*/) {
+    return result_of(fit::residuals(*fit, table), *fit, table);
   };
 }
 
 /// Argument: `marginal`.
 AnalysisWork covariance_work(AnalysisCall& call) {
-  return [fit = &call.fit(), table = call.table(), is_marginal = call.truth("marginal")](
+  return [fit = &call.fit(), table = rows_of(call), is_marginal = call.truth("marginal")](
              const AnalysisCallbacks& /*callbacks*/) {
-    return AnalysisResult{.tables = {{"covariance",
-                                      table_of_columns(fit::response_covariance(
-                                          *fit, table_of(table), is_marginal))}}};
+    return AnalysisResult{
+        .tables = {
+            {"covariance", table_of_columns(fit::response_covariance(*fit, table, is_marginal))}}};
   };
 }
 

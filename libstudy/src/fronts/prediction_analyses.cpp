@@ -105,32 +105,35 @@ void check_measured(const fit::FittedModel& fit, const Table& table) {
   }
 }
 
-/// The rows for a prediction. Those of a model of the catalogue are read as in files: codes of
-/// missing values are missing, and other values must be in its domain.
-std::shared_ptr<const Table> rows_for(const fit::FittedModel& fit,
-                                      const data::TableSource& source,
-                                      const Catalogue* catalogue,
-                                      bool is_calibrated,
-                                      std::vector<std::string>& warnings) {
-  auto rows = std::get<std::shared_ptr<const Table>>(source);
-  if (is_calibrated) check_measured(fit, *rows);
-  const BaseModel* const model = base_model_of(fit, catalogue);
-  if (model == nullptr) return rows;
-  Table table = *rows;
+/// The rows for a prediction, where codes of missing values are missing as in files. The covariates of
+/// a model of the catalogue must be in its domain.
+Table rows_for(const fit::FittedModel& fit,
+               const data::TableSource& source,
+               const Catalogue* catalogue,
+               bool is_calibrated,
+               std::vector<std::string>& warnings) {
+  Table table = *std::get<std::shared_ptr<const Table>>(source);
+  if (is_calibrated) check_measured(fit, table);
   data::MissingCodes codes;
-  std::vector<std::string> names = model->covariates;
-  names.push_back(model->response);
-  for (const std::string& name : names) {
-    if (!stand::is_measure(name)) continue;
-    stand::take_missing_codes(
-        name, {name}, true, table, [&codes](const std::string& column, const std::string& code) {
-          codes.add(column, code);
-        });
+  data::take_missing_codes(table, codes);
+  const BaseModel* const model = base_model_of(fit, catalogue);
+  if (model != nullptr) {
+    std::vector<std::string> names = model->covariates;
+    names.push_back(model->response);
+    for (const std::string& name : names) {
+      if (!stand::is_measure(name)) continue;
+      stand::take_missing_codes(
+          name, {name}, true, table, [&codes](const std::string& column, const std::string& code) {
+            codes.add(column, code);
+          });
+    }
   }
-  if (!codes.empty()) warnings.push_back("codes read as missing values: " + codes.text());
-  require_domain_of_covariates(*model, table);
-  if (is_calibrated) require_possible(model->response, table);
-  return std::make_shared<const Table>(std::move(table));
+  if (!codes.empty()) warnings.push_back(codes.note());
+  if (model != nullptr) {
+    require_domain_of_covariates(*model, table);
+    if (is_calibrated) require_possible(model->response, table);
+  }
+  return table;
 }
 
 /// The catalogue, if a fit is of one of its models.
@@ -166,14 +169,14 @@ AnalysisWork predict_work(AnalysisCall& call) {
     const fit::Level level = settings.level;
     const bool is_calibrated = level == fit::Level::kCalibrated;
     AnalysisResult result;
-    const auto rows = rows_for(*fit, table, catalogue.get(), is_calibrated, result.warnings);
-    const fit::Prediction found = fit::predict(*fit, *rows, level, prediction_options(settings));
+    const Table rows = rows_for(*fit, table, catalogue.get(), is_calibrated, result.warnings);
+    const fit::Prediction found = fit::predict(*fit, rows, level, prediction_options(settings));
     if (says_new && (is_calibrated || level == fit::Level::kConditional)) {
       result.warnings.push_back(
-          note_on_new_groups(fit->specification.random, *rows, found.is_new_group, is_calibrated));
+          note_on_new_groups(fit->specification.random, rows, found.is_new_group, is_calibrated));
     }
     for (const fit::ColumnLevels& levels : fit->levels) {
-      result.warnings.push_back(note_on_new_levels(levels, *rows));
+      result.warnings.push_back(note_on_new_levels(levels, rows));
     }
     std::erase(result.warnings, "");
     result.tables.emplace_back("rows", table_of_prediction(found, settings.interval_kind));
@@ -191,8 +194,8 @@ AnalysisWork calibrate_work(AnalysisCall& call) {
           catalogue = catalogue_for(call.fit(), call),
           options](const AnalysisCallbacks& /*callbacks*/) {
     AnalysisResult result;
-    const auto rows = rows_for(*fit, table, catalogue.get(), true, result.warnings);
-    const fit::Calibration found = fit::calibrate(*fit, *rows, options);
+    const Table rows = rows_for(*fit, table, catalogue.get(), true, result.warnings);
+    const fit::Calibration found = fit::calibrate(*fit, rows, options);
     const fit::CalibratedEffects& last = found.random.back();
     Table groups(last.labels.size());
     groups.set("label", texts(last.labels, std::identity()));

@@ -286,14 +286,17 @@ class Predictor {
     const std::vector<fit::RandomEffects>& terms = fit.specification.random;
     // Of crossed terms any may be new.
     Names groups;
-    for (const fit::RandomEffects& term : terms) groups.push_back(term.group);
+    std::vector<data::TextColumn> labels;
+    for (const fit::RandomEffects& term : terms) {
+      groups.push_back(term.group);
+      labels.push_back(part.labels(term.group));
+    }
     const bool is_crossed = fit::are_crossed(terms);
     const std::string group =
         is_crossed ? fmt::format("{}", fmt::join(groups, " or ")) : terms.back().group;
-    const data::TextColumn labels = part.labels(terms.back().group);
     for (std::size_t i = 0; i < rows.size(); ++i) {
       if (!prediction.is_new_group[i]) continue;
-      if (labels.is_missing(i)) {
+      if (std::ranges::any_of(labels, [i](const auto& of) { return of.is_missing(i); })) {
         flag(rows[i], "missing " + group);
       } else if (is_calibrated()) {
         flag(rows[i], fmt::format("no measured {} in {}", fit.specification.formula.left, group));

@@ -285,9 +285,8 @@ TableReader::Result TableReader::read() {
       find_missing_values(name, name, true);
     }
   }
-  if (!state_.codes.empty()) {
-    note("codes read as missing values: " + state_.codes.text());
-  }
+  data::take_missing_codes(result_.table, state_.codes);
+  note(state_.codes.note());
   for (const stand::ColumnMapping& column : usual_) add_column(column);
   for (const Mappings* const mappings : {&usual_, &result_.mapped}) {
     for (const auto& [name, source] : *mappings) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Counts of the codes of missing values, such as -, n/a or -999, for a note.
+// Codes of missing values, such as -, n/a or -9999, and their counts for a note.
 #pragma once
 
 #include <cstddef>
@@ -7,7 +7,14 @@
 #include <string_view>
 #include <vector>
 
+#include "silvafit/data/table.hpp"
+
 namespace silvafit::data {
+
+/// Whether a number means a missing value in every column: -9999 or -99999.
+bool is_missing_code(double value);
+/// Whether it often does, in columns without other negative values: -9, -99 or -999.
+bool is_likely_missing_code(double value);
 
 /// Counts by column, in the order of the first calls.
 class MissingCodes {
@@ -16,6 +23,8 @@ class MissingCodes {
   bool empty() const { return columns_.empty(); }
   /// "h 12 (-, n/a), cw 3 (0)"
   std::string text() const;
+  /// "codes read as missing values: h 12 (-, n/a), cw 3 (0)"; empty if there are none.
+  std::string note() const;
 
  private:
   struct Column {
@@ -25,5 +34,9 @@ class MissingCodes {
   };
   std::vector<Column> columns_{};
 };
+
+/// Makes the codes of is_missing_code() missing in all columns of numbers.
+/// \param found  gets them
+void take_missing_codes(Table& table, MissingCodes& found);
 
 }  // namespace silvafit::data

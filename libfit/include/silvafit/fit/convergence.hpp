@@ -70,13 +70,14 @@ struct Evidence {
     kPowerOfFew,          ///< "power_of_few": the observations for which a power is relevant
     kTakenAsParameter,    ///< "taken_as_parameter": a name that may be a misspelt column
     kResponseValues,      ///< "response_values": a response with the values of another distribution
+    kMissingCode,         ///< "missing_code": column that may have a code of missing values
     kKink,                ///< "kink": a coefficient at a kink of the likelihood
   };
   Kind kind = Kind::kBoundary;
   std::string term{};  ///< "sd(a)", "cor(a, b)", "laplace"
   double value = kNaN;
 };
-constexpr std::array<std::string_view, 17> words_of(Evidence::Kind /*kind*/) {
+constexpr std::array<std::string_view, 18> words_of(Evidence::Kind /*kind*/) {
   return {"boundary",
           "lower_bound",
           "upper_bound",
@@ -93,6 +94,7 @@ constexpr std::array<std::string_view, 17> words_of(Evidence::Kind /*kind*/) {
           "power_of_few",
           "taken_as_parameter",
           "response_values",
+          "missing_code",
           "kink"};
 }
 /// "sd(b) = 0"; "a = 60, its upper bound"; only the term if there is no value.
@@ -127,7 +129,7 @@ struct Convergence {
   std::string summary() const;
   bool has(Evidence::Kind kind, std::string_view term) const;
   void add(Evidence::Kind kind, const std::vector<std::string>& terms);
-  /// Whether the message begins with a doubt about names or the response.
+  /// Whether the message begins with a doubt about names or values.
   bool has_doubts() const;
   /// Finds that the optimum is at a kink if the evidence has coefficients at one.
   void find_kinks();

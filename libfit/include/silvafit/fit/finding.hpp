@@ -36,13 +36,13 @@ struct Finding {
     kHeldImpossible,
     // Before the result; the last finding comes first.
     kFallback, kFirstBefore = kFallback, kStartFailed, kNoneInside, kContainedDoubt, kKink,
-    kKinkRestricted, kKinkByQuadrature, kKinkFewPoints, kRangeDoubt, kTwoValues, kCounts, kNameDoubt,
+    kKinkRestricted, kKinkByQuadrature, kKinkFewPoints, kRangeDoubt, kTwoValues, kCounts, kMissingCode, kCodesRead, kNameDoubt,
     // After the result.
     kMovingMost, kFirstAfter = kMovingMost, kLinearModelInvalid, kEffectsDiverge, kStepsDoNotSettle,
     kPassLimit, kSquaresDiverge, kIterationLimit, kRangeUnbounded, kEvaluationLimit, kJumps,
     kTryKinks, kKinkUnsettled, kKinkUnsettledWithoutEffects, kTrySimpler, kTrySimplerOnly,
     kTryOtherMethod, kTryLeastSquares, kSingleObservations, kSingleObservationsOf, kEqualGroupings,
-    kRemoveOneEffect, kRemoveOne, kUseAgq, kUseFocei, kSingular, kAtKink, kPowerOfFew, kFloored,
+    kRemoveOneEffect, kRemoveOne, kUseAgq, kUseFocei, kSingular, kCorrelationEnd, kAtKink, kPowerOfFew, kFloored,
     kFlooredPower, kExpectedErrors, kLinearizationDoubtful, kHigherOptimum, kLowerFromStart,
     kCloseOptimum, kAtBounds, kEndsAtBounds, kSampleStart, kParametersTaken,
   };

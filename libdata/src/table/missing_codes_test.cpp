@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/data/missing_codes.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+using namespace silvafit::data;
+
+TEST_CASE("-9999 and -99999 are missing in columns of numbers, and counted") {
+  Table table;
+  table.set("h", std::vector<double>{1.0, -9999.0, -99999.0, -999.0, -9.0});
+  table.set("t", std::vector<double>{-9999.0, -4.0, 0.0, 1.0, 2.0});
+  TextColumn text;
+  for (const char* const label : {"-9999", "a", "b", "c", "d"}) text.append(label);
+  table.set("plot", text);
+  MissingCodes found;
+  take_missing_codes(table, found);
+  CHECK(found.note() == "codes read as missing values: h 2 (-9999, -99999), t 1 (-9999)");
+  CHECK(std::isnan(table.numbers("h")[1]));
+  CHECK(std::isnan(table.numbers("h")[2]));
+  CHECK(table.numbers("h")[3] == -999.0);
+  CHECK(std::isnan(table.numbers("t")[0]));
+  CHECK(table.text("plot")[0] == "-9999");
+  MissingCodes none;
+  take_missing_codes(table, none);
+  CHECK(none.note().empty());
+}
