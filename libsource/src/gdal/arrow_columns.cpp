@@ -2,11 +2,11 @@
 // The C data interface of Apache Arrow: https://arrow.apache.org/docs/format/CDataInterface.html
 #include "gdal/arrow_columns.hpp"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <ogr_recordbatch.h>
 #include <ogrsf_frmts.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstring>
@@ -20,33 +20,17 @@
 namespace silvafit::source {
 namespace {
 
-// Arrow's structures have their own release function.
-struct Stream : ArrowArrayStream {
-  Stream() : ArrowArrayStream{} {}
-  ~Stream() {
-    if (release != nullptr) release(this);
+/// A structure of Arrow, which has its own release function.
+template <typename Structure>
+struct Owned : Structure {
+  Owned() : Structure{} {}
+  ~Owned() {
+    if (this->release != nullptr) this->release(this);
   }
-  Stream(const Stream&) = delete;
-  Stream& operator=(const Stream&) = delete;
+  Owned(const Owned&) = delete;
+  Owned& operator=(const Owned&) = delete;
 };
-
-struct Schema : ArrowSchema {
-  Schema() : ArrowSchema{} {}
-  ~Schema() {
-    if (release != nullptr) release(this);
-  }
-  Schema(const Schema&) = delete;
-  Schema& operator=(const Schema&) = delete;
-};
-
-struct Batch : ArrowArray {
-  Batch() : ArrowArray{} {}
-  ~Batch() {
-    if (release != nullptr) release(this);
-  }
-  Batch(const Batch&) = delete;
-  Batch& operator=(const Batch&) = delete;
-};
+using Batch = Owned<ArrowArray>;
 
 /// One column of a batch.
 struct Cells {
@@ -82,8 +66,6 @@ double as_written(float value) {
   return std::sscanf(text.c_str(), "%lf", &parsed) == 1 ? parsed : value;
 }
 
-using Seconds = std::chrono::duration<double>;
-
 std::string date_text(std::chrono::sys_days day) {
   const std::chrono::year_month_day date(day);
   return fmt::format("{:04}-{:02}-{:02}",
@@ -101,11 +83,10 @@ std::string clock_text(std::int64_t milliseconds) {
 }
 
 std::string time_text(std::int64_t milliseconds) {
-  constexpr std::int64_t kDay = 86400000;
-  std::int64_t day = milliseconds / kDay;
-  if (milliseconds % kDay < 0) --day;
-  return date_text(std::chrono::sys_days(std::chrono::days(day))) + "T" +
-         clock_text(milliseconds - day * kDay);
+  const std::chrono::sys_time<std::chrono::milliseconds> time{
+      std::chrono::milliseconds(milliseconds)};
+  const auto day = std::chrono::floor<std::chrono::days>(time);
+  return date_text(day) + "T" + clock_text((time - day).count());
 }
 
 /// Grows a column by batches.
@@ -302,8 +283,8 @@ class Reader {
   const std::string& row_id_;
   const std::string& file_;
   std::string name_of_row_ids_{};
-  Stream stream_{};
-  Schema schema_{};
+  Owned<ArrowArrayStream> stream_{};
+  Owned<ArrowSchema> schema_{};
   std::vector<Field> fields_{};
   LayerColumns result_{};
 };

@@ -40,12 +40,8 @@ class Dataset {
   void require_sound(std::optional<std::size_t> row = std::nullopt) const;
   /// The most values, rows times columns, that a table of the file may have.
   std::size_t most_values() const;
-  /// The path of the file, as it was given.
-  const std::string& path() const { return path_; }
   /// For messages: the file, and the layer if the file can have several.
   const std::string& place() const { return place_; }
-  /// The name of the sheet or layer.
-  const std::string& layer_name() const { return layer_name_; }
 
  private:
   std::vector<OGRLayer*> visible_layers() const;

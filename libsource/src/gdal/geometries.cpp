@@ -5,10 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstdint>
-#include <cstring>
 
 #include "gdal/session.hpp"
 #include "silvafit/base/error.hpp"
@@ -16,58 +13,24 @@
 namespace silvafit::source {
 namespace {
 
-/// Well-known binary, from its first byte; OGC Simple Feature Access, part 1, 8.2.
-class Wkb {
- public:
-  explicit Wkb(std::span<const unsigned char> bytes) : bytes_(bytes) {}
+std::unique_ptr<OGRGeometry> geometry_of(std::span<const unsigned char> wkb) {
+  const KeptMessages no_messages;
+  OGRGeometry* made = nullptr;
+  OGRGeometryFactory::createFromWkb(wkb.data(), nullptr, &made, wkb.size());
+  return std::unique_ptr<OGRGeometry>(made);
+}
 
-  struct Head {
-    std::uint32_t type = 0;  ///< 1 point, 4 several points, ...
-    bool has_z = false;
-  };
-
-  std::optional<Head> head() {
-    if (at_ >= bytes_.size()) return std::nullopt;
-    const bool is_little = bytes_[at_++] == 1;
-    is_swapped_ = is_little != (std::endian::native == std::endian::little);
-    const auto code = value<std::uint32_t>();
-    if (!code) return std::nullopt;
-    // ISO adds 1000 for z, older programs set the highest bit.
-    const std::uint32_t plain = *code & 0x0fffffffU;
-    const std::uint32_t thousands = plain / 1000;
-    const bool has_z = thousands == 1 || thousands == 3 || (*code & 0x80000000U) != 0;
-    return Head{.type = plain % 1000, .has_z = has_z};
-  }
-
-  template <typename Value>
-  std::optional<Value> value() {
-    if (bytes_.size() - at_ < sizeof(Value)) return std::nullopt;
-    unsigned char raw[sizeof(Value)];
-    std::memcpy(raw, bytes_.data() + at_, sizeof raw);
-    at_ += sizeof raw;
-    if (is_swapped_) std::reverse(std::begin(raw), std::end(raw));
-    Value result;
-    std::memcpy(&result, raw, sizeof raw);
-    return result;
-  }
-
- private:
-  std::span<const unsigned char> bytes_;
-  std::size_t at_ = 0;
-  bool is_swapped_ = false;
-};
-
-std::string kind_name(std::uint32_t type) {
-  switch (type) {
-    case 2:
-    case 5:
+std::string kind_name(const OGRGeometry& geometry) {
+  switch (wkbFlatten(geometry.getGeometryType())) {
+    case wkbLineString:
+    case wkbMultiLineString:
       return "a line";
-    case 3:
-    case 6:
-    case 10:
-    case 12:
+    case wkbPolygon:
+    case wkbMultiPolygon:
+    case wkbCurvePolygon:
+    case wkbMultiSurface:
       return "a polygon";
-    case 4:
+    case wkbMultiPoint:
       return "several points";
     default:
       return "another geometry";
@@ -102,27 +65,28 @@ void PointCollector::add(std::span<const unsigned char> wkb) {
   y.push_back(data::kMissing);
   z.push_back(data::kMissing);
   if (wkb.empty()) return;
-  Wkb reader(wkb);
-  std::optional<Wkb::Head> head = reader.head();
-  if (head && head->type == 4 && reader.value<std::uint32_t>() == 1U) head = reader.head();
-  if (!head || head->type != 1) {
+  std::unique_ptr<OGRGeometry> geometry = geometry_of(wkb);
+  const OGRPoint* point = nullptr;
+  if (geometry && wkbFlatten(geometry->getGeometryType()) == wkbPoint) {
+    point = geometry->toPoint();
+  } else if (geometry && wkbFlatten(geometry->getGeometryType()) == wkbMultiPoint) {
+    const OGRMultiPoint& points = *geometry->toMultiPoint();
+    if (points.getNumGeometries() == 1) point = points.getGeometryRef(0);
+  }
+  if (point == nullptr) {
     if (first_other_) return;
     first_other_ = x.size();
-    other_kind_ = head ? kind_name(head->type) : "damaged";
+    other_kind_ = geometry ? kind_name(*geometry) : "damaged";
     return;
   }
   ++points_;
-  const auto easting = reader.value<double>();
-  const auto northing = reader.value<double>();
-  if (!easting || !northing) return;
-  x.back() = *easting;
-  y.back() = *northing;
-  if (!head->has_z) return;
-  const auto elevation = reader.value<double>();
-  if (!elevation || std::isnan(*elevation)) return;
-  z.back() = *elevation;
+  if (point->IsEmpty() != FALSE) return;
+  x.back() = point->getX();
+  y.back() = point->getY();
+  if (point->Is3D() == FALSE || std::isnan(point->getZ())) return;
+  z.back() = point->getZ();
   // Programs write 0 if the elevation is unknown.
-  has_elevations_ = has_elevations_ || *elevation != 0.0;
+  has_elevations_ = has_elevations_ || z.back() != 0.0;
 }
 
 Extent PointCollector::extent() const {
@@ -137,10 +101,7 @@ void AreaCollector::add(std::span<const unsigned char> wkb, const std::string& f
   y.push_back(data::kMissing);
   geometries_.emplace_back();
   if (wkb.empty()) return;
-  const KeptMessages no_messages;
-  OGRGeometry* made = nullptr;
-  OGRGeometryFactory::createFromWkb(wkb.data(), nullptr, &made, wkb.size());
-  std::unique_ptr<OGRGeometry> geometry(made);
+  std::unique_ptr<OGRGeometry> geometry = geometry_of(wkb);
   // Arcs become lines, each over an angle of 1 degree.
   if (geometry && geometry->hasCurveGeometry() != FALSE) {
     geometry.reset(geometry->getLinearGeometry(1.0));

@@ -101,10 +101,7 @@ class PlainDatabase {
   /// Prepares a query; functions of geometries become known when it uses them.
   Foreign foreign(const std::string& sql) {
     for (;;) {
-      sqlite3_stmt* prepared = nullptr;
-      const int status = sqlite3_prepare_v2(database_.get(), sql.c_str(), -1, &prepared, nullptr);
-      const Statement statement(prepared);
-      if (status == SQLITE_OK) return {};
+      if (prepared(sql)) return {};
       const std::string message = sqlite3_errmsg(database_.get());
       if (auto module = behind("no such module: ", message)) return {.module = *std::move(module)};
       auto function = behind("no such function: ", message);
@@ -117,13 +114,8 @@ class PlainDatabase {
 
   /// The names of tables and views; none if the database cannot be read.
   std::optional<std::vector<std::string>> tables() {
-    sqlite3_stmt* prepared = nullptr;
-    sqlite3_prepare_v2(database_.get(),
-                       "select name from sqlite_master where type in ('table', 'view')",
-                       -1,
-                       &prepared,
-                       nullptr);
-    const Statement statement(prepared);
+    const Statement statement =
+        prepared("select name from sqlite_master where type in ('table', 'view')");
     if (!statement) return std::nullopt;
     std::vector<std::string> names;
     int status = SQLITE_ROW;
@@ -137,9 +129,7 @@ class PlainDatabase {
   /// Whether its pages fit together. Rows that break rules of their table are no damage, and
   /// neither are rules with functions of other programs, which cannot be checked.
   bool is_sound() {
-    sqlite3_stmt* prepared = nullptr;
-    sqlite3_prepare_v2(database_.get(), "pragma quick_check", -1, &prepared, nullptr);
-    const Statement statement(prepared);
+    const Statement statement = prepared("pragma quick_check");
     if (!statement) return true;
     int status = SQLITE_ROW;
     while ((status = sqlite3_step(statement.get())) == SQLITE_ROW) {
@@ -156,6 +146,12 @@ class PlainDatabase {
   }
 
  private:
+  /// Null if the query is wrong.
+  Statement prepared(const std::string& sql) {
+    sqlite3_stmt* statement = nullptr;
+    sqlite3_prepare_v2(database_.get(), sql.c_str(), -1, &statement, nullptr);
+    return Statement(statement);
+  }
   bool add_function(const std::string& name) {
     if (std::ranges::find(added_, name) != added_.end()) return false;
     added_.push_back(name);

@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "workbook/xml.hpp"
+
 namespace silvafit::source {
 namespace {
 
@@ -22,29 +24,6 @@ constexpr std::array<std::string_view, 8> kColors{"0,158,115",
                                                   "240,228,66",
                                                   "0,0,0"};
 constexpr std::string_view kOtherColor = "150,150,150";
-
-std::string xml_text(std::string_view text) {
-  std::string escaped;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      default:
-        escaped += c;
-    }
-  }
-  return escaped;
-}
 
 std::string option(std::string_view name, std::string_view value) {
   return fmt::format("<Option type=\"QString\" name=\"{}\" value=\"{}\"/>", name, xml_text(value));

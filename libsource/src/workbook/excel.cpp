@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <filesystem>
 #include <optional>
 #include <utility>
 
@@ -32,19 +33,9 @@ struct Relation {
 };
 
 /// The name of a part from its address in a folder, such as ../styles.xml.
-std::string part_at(std::string folder, std::string_view address) {
-  if (address.starts_with('/')) folder.clear();
-  if (folder.ends_with('/')) folder.pop_back();
-  while (!address.empty()) {
-    const std::string_view step = address.substr(0, address.find('/'));
-    address.remove_prefix(std::min(step.size() + 1, address.size()));
-    if (step == "..") {
-      folder.resize(folder.find('/') == std::string::npos ? 0 : folder.rfind('/'));
-    } else if (!step.empty() && step != ".") {
-      folder += (folder.empty() ? "" : "/") + std::string(step);
-    }
-  }
-  return folder;
+std::string part_at(const std::string& folder, std::string_view address) {
+  const std::filesystem::path part = std::filesystem::path(folder) / address;
+  return part.relative_path().lexically_normal().generic_string();
 }
 
 class RelationReader : public XmlHandler {

@@ -12,32 +12,12 @@
 #include "source_kind.hpp"
 #include "workbook/archive.hpp"
 #include "workbook/sheet_text.hpp"
+#include "workbook/xml.hpp"
 
 namespace silvafit::source {
 namespace {
 
 constexpr std::string_view kXml = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
-
-/// UTF-8 with the escapes of XML. Control characters, which XML cannot contain, become U+FFFD.
-std::string escaped(std::string_view text) {
-  std::string xml;
-  for (const char c : text) {
-    if (c == '&') {
-      xml += "&amp;";
-    } else if (c == '<') {
-      xml += "&lt;";
-    } else if (c == '>') {
-      xml += "&gt;";
-    } else if (c == '"') {
-      xml += "&quot;";
-    } else if (static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t') {
-      xml += "\xEF\xBF\xBD";
-    } else {
-      xml += c;
-    }
-  }
-  return xml;
-}
 
 /// The first bytes of a text, without a part of a character of UTF-8.
 std::string beginning_of(const std::string& text, std::size_t bytes) {
@@ -137,7 +117,7 @@ constexpr SheetFormat kExcel{
           xml += fmt::format(
               "<c r=\"{}\" t=\"inlineStr\"><is><t xml:space=\"preserve\">{}</t></is></c>",
               cell,
-              escaped(with_escaped_escapes(text)));
+              xml_text(with_escaped_escapes(text)));
         }};
 
 /// Readers take adjacent blanks of OpenDocument for one.
@@ -174,7 +154,7 @@ constexpr SheetFormat kOpenDocument{
           xml += fmt::format(
               "<table:table-cell office:value-type=\"string\"><text:p>{}</text:p>"
               "</table:table-cell>",
-              with_blanks(escaped(text)));
+              with_blanks(xml_text(text)));
         }};
 
 ArchiveParts parts_of_excel(const std::vector<Layer>& sheets) {
@@ -193,7 +173,7 @@ ArchiveParts parts_of_excel(const std::vector<Layer>& sheets) {
     types += fmt::format(
         "<Override PartName=\"/xl/{}\" ContentType=\"{}.worksheet+xml\"/>", part, kType);
     list += fmt::format(
-        "<sheet name=\"{}\" sheetId=\"{}\" r:id=\"r{}\"/>", escaped(names[i]), i + 1, i + 1);
+        "<sheet name=\"{}\" sheetId=\"{}\" r:id=\"r{}\"/>", xml_text(names[i]), i + 1, i + 1);
     relations += fmt::format(
         "<Relationship Id=\"r{}\" Type=\"{}/worksheet\" Target=\"{}\"/>", i + 1, kRelations, part);
     std::string xml = fmt::format("{}<worksheet xmlns=\"{}\"><sheetData>\n", kXml, kMain);
@@ -245,7 +225,7 @@ ArchiveParts parts_of_open_document(const std::vector<Layer>& sheets) {
     content += fmt::format(
         "<table:table table:name=\"{}\"><table:table-column "
         "table:number-columns-repeated=\"{}\"/>\n",
-        escaped(names[i]),
+        xml_text(names[i]),
         std::max<std::size_t>(1, sheets[i].table.names().size()));
     append_rows(content, sheets[i].table, kOpenDocument);
     content += "</table:table>\n";

@@ -25,6 +25,27 @@ struct XmlTag {
   std::string_view attribute(std::string_view wanted) const;
 };
 
+/// UTF-8 with the escapes of XML. Control characters, which XML cannot contain, become U+FFFD.
+inline std::string xml_text(std::string_view text) {
+  std::string xml;
+  for (const char c : text) {
+    if (c == '&') {
+      xml += "&amp;";
+    } else if (c == '<') {
+      xml += "&lt;";
+    } else if (c == '>') {
+      xml += "&gt;";
+    } else if (c == '"') {
+      xml += "&quot;";
+    } else if (static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t') {
+      xml += "\xEF\xBF\xBD";
+    } else {
+      xml += c;
+    }
+  }
+  return xml;
+}
+
 /// Whether a text is only layout between tags.
 bool is_blank(std::string_view text);
 

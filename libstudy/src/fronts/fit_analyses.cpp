@@ -12,6 +12,7 @@
 #include "fronts/result_columns.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_text.hpp"
+#include "silvafit/data/list_table.hpp"
 #include "silvafit/data/missing_codes.hpp"
 #include "silvafit/fit/comparison.hpp"
 #include "silvafit/fit/fit_json.hpp"
@@ -28,6 +29,7 @@
 namespace silvafit::study {
 namespace {
 
+using data::ListTable;
 using data::Table;
 using nlohmann::ordered_json;
 
@@ -141,60 +143,57 @@ Options resampling_options(AnalysisCall& call) {
 }
 
 Table table_of_reasons(const std::vector<fit::CountedReason>& reasons, Front front) {
-  Table table(reasons.size());
-  table.set("reason", texts(reasons, [front](const fit::CountedReason& one) {
-              return with_setting_names(one.reason, front);
-            }));
-  table.set("replicates", numbers(reasons, &fit::CountedReason::replicates));
-  return table;
+  ListTable table(reasons);
+  table.add("reason", [front](const fit::CountedReason& one) {
+    return with_setting_names(one.reason, front);
+  });
+  table.add("replicates", &fit::CountedReason::replicates);
+  return std::move(table).table();
 }
 
 Table table_of_parameters(const std::vector<fit::BootstrapParameter>& parameters) {
   using One = fit::BootstrapParameter;
-  Table table(parameters.size());
-  table.set("name", texts(parameters, &One::name));
-  table.set("estimate", numbers(parameters, &One::estimate));
-  table.set("replicates", numbers(parameters, &One::replicates));
-  table.set("bias", numbers(parameters, &One::bias));
-  table.set("se", numbers(parameters, &One::standard_error));
-  table.set("percentile_lower",
-            numbers(parameters, [](const One& one) { return one.percentile.low; }));
-  table.set("percentile_upper",
-            numbers(parameters, [](const One& one) { return one.percentile.high; }));
-  table.set("basic_lower", numbers(parameters, [](const One& one) { return one.basic.low; }));
-  table.set("basic_upper", numbers(parameters, [](const One& one) { return one.basic.high; }));
-  return table;
+  ListTable table(parameters);
+  table.add("name", &One::name);
+  table.add("estimate", &One::estimate);
+  table.add("replicates", &One::replicates);
+  table.add("bias", &One::bias);
+  table.add("se", &One::standard_error);
+  table.add("percentile_lower", [](const One& one) { return one.percentile.low; });
+  table.add("percentile_upper", [](const One& one) { return one.percentile.high; });
+  table.add("basic_lower", [](const One& one) { return one.basic.low; });
+  table.add("basic_upper", [](const One& one) { return one.basic.high; });
+  return std::move(table).table();
 }
 
 Table table_of_tests(const std::vector<fit::TermTest>& tests) {
-  Table table(tests.size());
-  table.set("term", texts(tests, &fit::TermTest::term));
-  table.set("df", numbers(tests, &fit::TermTest::numerator_df));
-  table.set("df_denominator", numbers(tests, &fit::TermTest::denominator_df));
-  table.set("statistic", numbers(tests, &fit::TermTest::f));
-  table.set("p", numbers(tests, &fit::TermTest::p));
-  return table;
+  ListTable table(tests);
+  table.add("term", &fit::TermTest::term);
+  table.add("df", &fit::TermTest::numerator_df);
+  table.add("df_denominator", &fit::TermTest::denominator_df);
+  table.add("statistic", &fit::TermTest::f);
+  table.add("p", &fit::TermTest::p);
+  return std::move(table).table();
 }
 
 /// Tests of neighbors, with the numbers of rows of the comparison from 0.
 Table table_of_pairs(const std::vector<fit::ComparedPair>& pairs, Front front) {
   using Pair = fit::ComparedPair;
-  Table table(pairs.size());
+  ListTable table(pairs);
   const auto add = [&](const char* name, auto value) {
-    table.set(name, numbers(pairs, [value](const Pair& pair) {
-                return pair.test ? static_cast<double>(std::invoke(value, *pair.test))
-                                 : data::kMissing;
-              }));
+    table.add(name, [value](const Pair& pair) {
+      return pair.test ? static_cast<double>(std::invoke(value, *pair.test)) : data::kMissing;
+    });
   };
-  table.set("larger", numbers(pairs, &Pair::larger));
-  table.set("smaller", numbers(pairs, &Pair::smaller));
+  table.add("larger", &Pair::larger);
+  table.add("smaller", &Pair::smaller);
   add("statistic", &fit::NestedTest::statistic);
   add("df", &fit::NestedTest::degrees_of_freedom);
   add("p", &fit::NestedTest::p);
-  table.set("note", texts(pairs, [front](const Pair& pair) {
-              return with_setting_names(pair.test ? pair.test->note : pair.reason, front);
-            }));
-  return table;
+  table.add("note", [front](const Pair& pair) {
+    return with_setting_names(pair.test ? pair.test->note : pair.reason, front);
+  });
+  return std::move(table).table();
 }
 
 AnalysisResult result_of(const std::vector<const fit::FittedModel*>& fits, Front front) {
@@ -202,15 +201,15 @@ AnalysisResult result_of(const std::vector<const fit::FittedModel*>& fits, Front
   const auto place_of = [&fits](const fit::FittedModel* fit) {
     return std::ranges::find(fits, fit) - fits.begin();
   };
-  Table rows(found.fits.size());
-  rows.set("fit",
-           numbers(found.fits, [&](const fit::ComparedFit& one) { return place_of(one.fit); }));
-  rows.set("aic_difference", numbers(found.fits, &fit::ComparedFit::aic_difference));
-  rows.set("akaike_weight", numbers(found.fits, &fit::ComparedFit::akaike_weight));
+  ListTable rows(found.fits);
+  rows.add("fit", [&](const fit::ComparedFit& one) { return place_of(one.fit); });
+  rows.add("aic_difference", &fit::ComparedFit::aic_difference);
+  rows.add("akaike_weight", &fit::ComparedFit::akaike_weight);
   ordered_json failed = ordered_json::array();
   for (const fit::FittedModel* const fit : found.failed) failed.push_back(place_of(fit));
-  return {.tables = {{"fits", std::move(rows)}, {"tests", table_of_pairs(found.pairs, front)}},
-          .json = in_words({{"failed", std::move(failed)}, {"reason", found.reason}}, front)};
+  return {
+      .tables = {{"fits", std::move(rows).table()}, {"tests", table_of_pairs(found.pairs, front)}},
+      .json = in_words({{"failed", std::move(failed)}, {"reason", found.reason}}, front)};
 }
 
 AnalysisResult result_of(const fit::Residuals& found,
@@ -263,17 +262,14 @@ AnalysisWork intervals_work(AnalysisCall& call) {
     options.stop = callbacks.stop;
     const fit::Intervals found = fit::confidence_intervals(*fit, table, options);
     using One = fit::ParameterInterval;
-    Table parameters(found.parameters.size());
-    parameters.set("name", texts(found.parameters, &One::name));
-    parameters.set("kind",
-                   texts(found.parameters, [](const One& one) { return word_of(one.kind); }));
-    parameters.set("estimate", numbers(found.parameters, &One::estimate));
-    parameters.set("lower", numbers(found.parameters, &One::lower));
-    parameters.set("upper", numbers(found.parameters, &One::upper));
-    parameters.set("note", texts(found.parameters, [front](const One& one) {
-                     return with_setting_names(one.note, front);
-                   }));
-    return AnalysisResult{.tables = {{"parameters", std::move(parameters)}},
+    ListTable parameters(found.parameters);
+    parameters.add("name", &One::name);
+    parameters.add("kind", [](const One& one) { return word_of(one.kind); });
+    parameters.add("estimate", &One::estimate);
+    parameters.add("lower", &One::lower);
+    parameters.add("upper", &One::upper);
+    parameters.add("note", [front](const One& one) { return with_setting_names(one.note, front); });
+    return AnalysisResult{.tables = {{"parameters", std::move(parameters).table()}},
                           .json = json_text(ordered_json{{"likelihood", found.likelihood}})};
   };
 }
@@ -304,7 +300,7 @@ AnalysisWork cross_validate_work(AnalysisCall& call) {
     options.progress = progress_of("cross-validation", callbacks);
     const fit::CrossValidation found = fit::cross_validate(*fit, table, options);
     Table rows(found.rows.size());
-    rows.set("fold", numbers(found.fold, std::identity()));
+    rows.set("fold", std::vector<double>(found.fold.begin(), found.fold.end()));
     rows.set("observed", numbers(found.observed));
     rows.set("predicted", numbers(found.predicted));
     if (found.measured > 0) rows.set("calibrated", numbers(found.calibrated));

@@ -87,7 +87,7 @@ View view_of_trees(const data::Table& table,
   std::string data = view_json(stand, {.origin = origin, .models = &models}, options);
   View view = summary_of(std::move(stand));
   view.data = std::move(data);
-  view.models = models.models.size();
+  view.models = models.shared.models.size();
   return view;
 }
 

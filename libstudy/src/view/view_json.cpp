@@ -199,7 +199,8 @@ ordered_json variant_json(const ViewVariant& variant, const ViewModels* models, 
   ordered_json model = ordered_json::array();
   for (const ViewVersion& tree : variant.trees) {
     const bool is_drawn = models != nullptr && tree.shape;
-    model.push_back(is_drawn ? ordered_json(models->of_tree[next]) : ordered_json(nullptr));
+    model.push_back(is_drawn ? ordered_json(models->shared.trees[next].model)
+                             : ordered_json(nullptr));
     if (tree.shape) ++next;
   }
   json["model"] = std::move(model);
@@ -208,17 +209,19 @@ ordered_json variant_json(const ViewVariant& variant, const ViewModels* models, 
 
 ordered_json models_json(const ViewModels& models, const ViewOptions& options) {
   ordered_json shapes = ordered_json::array();
-  for (const ViewModel& model : models.models) {
-    shapes.push_back({{"preset", model.preset},
-                      {"h", model.h_m},
-                      {"hcb", model.hcb_m},
-                      {"hc", model.hc_m},
-                      {"dbh", model.dbh_cm},
+  for (const tree::SharedModel& model : models.shared.models) {
+    const tree::Morphology& shape = model.morphology;
+    const tree::CrownRadii& radii = shape.radii.value();
+    shapes.push_back({{"preset", model.builder->name()},
+                      {"h", shape.h_m},
+                      {"hcb", shape.hcb_m},
+                      {"hc", shape.hc_m.value()},
+                      {"dbh", shape.dbh_cm},
                       {"radii",
-                       {{"east", model.radii.east_m},
-                        {"west", model.radii.west_m},
-                        {"south", model.radii.south_m},
-                        {"north", model.radii.north_m}}}});
+                       {{"east", radii.east_m},
+                        {"west", radii.west_m},
+                        {"south", radii.south_m},
+                        {"north", radii.north_m}}}});
   }
   return {{"levels", options.levels}, {"shapes", std::move(shapes)}, {"glb", base64(models.glb)}};
 }

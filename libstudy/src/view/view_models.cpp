@@ -16,16 +16,6 @@
 namespace silvafit::study {
 namespace {
 
-ViewModel view_model(const tree::SharedModel& shared) {
-  const tree::Morphology& shape = shared.morphology;
-  return {.preset = shared.builder->name(),
-          .h_m = shape.h_m,
-          .hcb_m = shape.hcb_m,
-          .hc_m = shape.hc_m.value(),
-          .dbh_cm = shape.dbh_cm,
-          .radii = shape.radii.value()};
-}
-
 /// All models at all levels, model by model.
 std::vector<tree::SceneTree> grown_models(const tree::SharedModels& shared,
                                           const ViewOptions& options) {
@@ -74,11 +64,8 @@ ViewModels grow_view_models(std::span<const tree::Morphology> trees,
                             std::span<const tree::Position> stems,
                             const tree::Position& origin,
                             const ViewOptions& options) {
-  const tree::SharedModels shared = tree::share_models(trees, presets, options.models_per_preset);
-  ViewModels result;
-  for (const tree::SharedModel& model : shared.models) result.models.push_back(view_model(model));
-  for (const tree::SharedTree& tree : shared.trees) result.of_tree.push_back(tree.model);
-  result.glb = packed(shared, stems, origin, options);
+  ViewModels result{.shared = tree::share_models(trees, presets, options.models_per_preset)};
+  result.glb = packed(result.shared, stems, origin, options);
   return result;
 }
 

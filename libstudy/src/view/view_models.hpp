@@ -13,19 +13,8 @@
 
 namespace silvafit::study {
 
-/// A model's shape, which the page adapts to each tree.
-struct ViewModel {
-  std::string preset{};
-  double h_m = 0.0;
-  double hcb_m = 0.0;
-  double hc_m = 0.0;
-  double dbh_cm = 0.0;
-  tree::CrownRadii radii{};
-};
-
 struct ViewModels {
-  std::vector<ViewModel> models{};
-  std::vector<std::size_t> of_tree{};
+  tree::SharedModels shared{};  ///< the page adapts a model's shape to each tree
   /// GLB: a node `model-M-level-L` for each model and level, and `ground`; compressed by
   /// meshoptimizer.
   std::string glb{};
