@@ -212,7 +212,7 @@ json compare(const tree::LsystemBuilder& builder,
     Random random(1);
     skeleton = builder.grow_skeleton(shape, crown, random);
   });
-  const tree::SmoothStyle& style = builder.lsystem().style;
+  const tree::SmoothStyle& style = builder.preset().style;
   const FineLeaves leaves = fine_leaves(skeleton, style, fine);
   tree::Mesh rough;
   tree::Mesh whole;

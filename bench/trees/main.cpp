@@ -86,7 +86,7 @@ int main(int argc, char** argv) {
     const auto catalogue = tree::BuilderCatalogue::load(SILVAFIT_SOURCE_DIR "/models");
     const std::vector<tree::Morphology> stand = stand_of(trees);
     json results = json::array();
-    for (const tree::BuilderKind kind : tree::builder_kinds()) {
+    for (const tree::BuilderKind kind : all_values<tree::BuilderKind>()) {
       for (const tree::Builder* builder : catalogue.of(kind)) {
         if (!only.empty() && builder->name() != only) continue;
         results.push_back(time_preset(stand, *builder, "", {.textured = true}, repeats));

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "degree.hpp"
 #include "noise.hpp"
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::render {
 namespace {
@@ -134,8 +134,8 @@ struct Surroundings {
 };
 
 Vector3f sky_direction(double azimuth_deg, double elevation_deg) {
-  const double azimuth = kDegree * azimuth_deg;
-  const double elevation = kDegree * elevation_deg;
+  const double azimuth = kRadian * azimuth_deg;
+  const double elevation = kRadian * elevation_deg;
   return Eigen::Vector3d(std::sin(azimuth) * std::cos(elevation),
                          std::sin(elevation),
                          -std::cos(azimuth) * std::cos(elevation))

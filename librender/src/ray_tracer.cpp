@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 
-#include "degree.hpp"
 #include "light.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
 #include "traced_scene.hpp"
@@ -68,7 +68,7 @@ class Lens {
   Lens(const std::vector<Vector3f>& outline, const RenderOptions& options)
       : width_(static_cast<float>(options.width)), height_(static_cast<float>(options.height)) {
     const Camera& camera = options.camera;
-    half_height_ = static_cast<float>(std::tan(0.5 * kDegree * camera.view_deg));
+    half_height_ = static_cast<float>(std::tan(0.5 * kRadian * camera.view_deg));
     const Vector3f backwards = camera.standpoint
                                    ? Vector3f(-sky_direction(camera.standpoint->azimuth_deg,
                                                              camera.standpoint->elevation_deg))

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <string>
 
-#include "degree.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::render {
@@ -81,24 +81,24 @@ SunPosition sun_over(double latitude_deg, double longitude_deg, const Moment& mo
   }
   const double days = days_since_2000(moment);
   const double mean_longitude = turned(280.460 + 0.9856474 * days);
-  const double anomaly = kDegree * turned(357.528 + 0.9856003 * days);
+  const double anomaly = kRadian * turned(357.528 + 0.9856003 * days);
   const double longitude =
-      kDegree * (mean_longitude + 1.915 * std::sin(anomaly) + 0.020 * std::sin(2.0 * anomaly));
-  const double obliquity = kDegree * (23.439 - 4.0e-7 * days);
+      kRadian * (mean_longitude + 1.915 * std::sin(anomaly) + 0.020 * std::sin(2.0 * anomaly));
+  const double obliquity = kRadian * (23.439 - 4.0e-7 * days);
   const double ascension =
       std::atan2(std::cos(obliquity) * std::sin(longitude), std::cos(longitude));
   const double declination = std::asin(std::sin(obliquity) * std::sin(longitude));
 
   const double sidereal_deg = turned(280.46061837 + 360.98564736629 * days);
-  const double hour_angle = kDegree * (sidereal_deg + longitude_deg) - ascension;
-  const double latitude = kDegree * latitude_deg;
+  const double hour_angle = kRadian * (sidereal_deg + longitude_deg) - ascension;
+  const double latitude = kRadian * latitude_deg;
   const double up = std::sin(latitude) * std::sin(declination) +
                     std::cos(latitude) * std::cos(declination) * std::cos(hour_angle);
   const double east = -std::cos(declination) * std::sin(hour_angle);
   const double north = std::cos(latitude) * std::sin(declination) -
                        std::sin(latitude) * std::cos(declination) * std::cos(hour_angle);
-  return {.azimuth_deg = turned(std::atan2(east, north) / kDegree),
-          .elevation_deg = std::asin(std::min(1.0, std::max(-1.0, up))) / kDegree};
+  return {.azimuth_deg = turned(std::atan2(east, north) / kRadian),
+          .elevation_deg = std::asin(std::min(1.0, std::max(-1.0, up))) / kRadian};
 }
 
 }  // namespace silvafit::render

@@ -19,15 +19,14 @@ using tree::Use;
 
 struct Kind {
   Use use;
-  const char* name;
   const char* suffix;
   const char* title;
 };
 constexpr std::array kKinds{
-    Kind{Use::kObserved, "observed", "", "Observed"},
-    Kind{Use::kOls, "ols", "_ols", "OLS"},
-    Kind{Use::kPopulation, "population", "_population", "NLME, population"},
-    Kind{Use::kConditional, "conditional", "_conditional", "NLME, plot"},
+    Kind{Use::kObserved, "", "Observed"},
+    Kind{Use::kOls, "_ols", "OLS"},
+    Kind{Use::kPopulation, "_population", "NLME, population"},
+    Kind{Use::kConditional, "_conditional", "NLME, plot"},
 };
 
 /// Columns with our names, for any names in the table.
@@ -226,7 +225,7 @@ class StandReader {
     const std::vector<double> h = columns_.numbers("h" + suffix);
     const std::vector<double> hcb = columns_.numbers("hcb" + suffix);
     const std::vector<double> cw = columns_.numbers("cw" + suffix);
-    ViewVariant variant{.name = read.kind->name, .title = read.kind->title};
+    ViewVariant variant{.name = word_of(read.kind->use), .title = read.kind->title};
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       ViewVersion version{.sizes = {h[rows_[i]], hcb[rows_[i]], cw[rows_[i]]}};
       const auto found = read.trees.find(keys_[i]);
@@ -260,7 +259,7 @@ class StandReader {
     const auto is_unknown = [](const ViewSizes& sizes) {
       return std::isnan(sizes.h_m) && std::isnan(sizes.hcb_m) && std::isnan(sizes.cw_m);
     };
-    const bool is_observed = variant.name == kKinds.front().name;
+    const bool is_observed = variant.name == word_of(kKinds.front().use);
     const auto count = [&](bool unknown) {
       return std::ranges::count_if(variant.trees, [&](const ViewVersion& tree) {
         return !tree.shape && is_unknown(tree.sizes) == unknown;

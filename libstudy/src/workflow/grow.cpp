@@ -78,7 +78,7 @@ std::string source_of(const std::map<std::string, std::string>& columns, const s
 }
 
 tree::MorphologyTableOptions morphology_options(const GrowJob& job) {
-  return {.use = tree::use_from_text(job.use),
+  return {.use = value_of<tree::Use>(job.use, "use"),
           .plots = job.plots,
           .needs_position = !job.scene.empty() || job.resolve_overlaps || job.is_by_plot,
           .only_height = job.is_unfitted,

@@ -63,10 +63,10 @@ void add_leaves_of(const LeafSite& spray, const CulmLeaves& leaves, std::vector<
 }  // namespace
 
 BambooBuilder::BambooBuilder(BambooPreset preset)
-    : Builder(BuilderKind::kBamboo, preset),
-      style_(std::move(preset)),
-      pictures_(style_with_pictures(style_)),
-      single_leaves_(style_of_single_leaves(style_)) {}
+    : Builder(BuilderKind::kBamboo),
+      preset_(std::move(preset)),
+      pictures_(style_with_pictures(preset_)),
+      single_leaves_(style_of_single_leaves(preset_)) {}
 
 Mesh BambooBuilder::build_mesh(const Skeleton& skeleton,
                                const Crown& crown,
@@ -88,9 +88,9 @@ Mesh BambooBuilder::build_mesh(const Skeleton& skeleton,
   Skeleton with_leaves = skeleton;
   with_leaves.leaves.clear();
   with_leaves.leaves.reserve(skeleton.leaves.size() *
-                             static_cast<std::size_t>(style_.leaves.leaves_per_spray));
+                             static_cast<std::size_t>(preset_.leaves.leaves_per_spray));
   for (const LeafSite& spray : skeleton.leaves) {
-    add_leaves_of(spray, style_.leaves, with_leaves.leaves);
+    add_leaves_of(spray, preset_.leaves, with_leaves.leaves);
   }
   return build_smooth_mesh(with_leaves, crown, single_leaves_, random, options);
 }

@@ -122,7 +122,7 @@ class BambooBuilder : public Builder {
 
   explicit BambooBuilder(BambooPreset preset);
 
-  const BambooPreset& style() const { return style_; }
+  const BambooPreset& preset() const override { return preset_; }
 
   Skeleton grow_skeleton(const TreeShape& shape,
                          const Crown& crown,
@@ -134,7 +134,7 @@ class BambooBuilder : public Builder {
                   const MeshOptions& options) const override;
 
  private:
-  BambooPreset style_;
+  BambooPreset preset_;
   SmoothStyle pictures_{};  ///< looks of cards
   SmoothStyle single_leaves_{};
 };

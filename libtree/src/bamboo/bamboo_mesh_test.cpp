@@ -85,7 +85,7 @@ TEST_CASE("cards have the pictures of their grades") {
   const MeshPart& foliage = bamboo.mesh.parts.back();
   REQUIRE(foliage.kind == PartKind::kFoliage);
   REQUIRE(foliage.texture);
-  const auto grades = test::moso().style().leaves.pictures.size();
+  const auto grades = test::moso().preset().leaves.pictures.size();
   CHECK(foliage.texture->width == grades * foliage.texture->height);
   CHECK(foliage.double_sided);
   // Two cards of two triangles a site.

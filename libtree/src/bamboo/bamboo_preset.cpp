@@ -169,23 +169,9 @@ CulmLeaves leaves_of(const data::JsonReader& entry) {
 std::unique_ptr<BambooBuilder> BambooBuilder::load(const std::filesystem::path& models,
                                                    const std::filesystem::path& file) {
   const data::JsonReader entry = open_entry(file, "silvafit-bamboo/1");
-  entry.allow_only({"schema",
-                    "name",
-                    "title",
-                    "species",
-                    "taper",
-                    "crown",
-                    "culm",
-                    "branches",
-                    "twigs",
-                    "leaves",
-                    "bark_color",
-                    "bark",
-                    "bark_by_diameter",
-                    "basis"});
   entry.at("crown").allow_only({"index_up", "index_down", "relative_hc"});
   BambooPreset preset;
-  read_head(models, entry, preset);
+  read_head(models, entry, {"culm", "branches", "twigs"}, preset);
   preset.culm = culm_of(entry.at("culm"));
   preset.branches = branches_of(entry.at("branches"));
   preset.twigs = twigs_of(entry.at("twigs"));

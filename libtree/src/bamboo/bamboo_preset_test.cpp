@@ -22,7 +22,7 @@ TEST_CASE("pictures are ranked by the color weight of their visible pixels") {
                         .rgba = {3, 4, 12, 255, 0, 0, 0, 255, 250, 250, 250, 0, 9, 9, 9, 100}};
   CHECK(color_weight(picture) == Approx(6.5).epsilon(1e-15));
   CHECK(color_weight({.width = 1, .height = 1, .rgba = {9, 9, 9, 0}}) == 0.0);
-  const auto& pictures = test::moso().style().leaves.pictures;
+  const auto& pictures = test::moso().preset().leaves.pictures;
   REQUIRE(pictures.size() >= 3);
   for (std::size_t i = 1; i < pictures.size(); ++i) {
     CHECK(color_weight(*pictures[i]) > color_weight(*pictures[i - 1]));
@@ -115,7 +115,7 @@ TEST_CASE("a preset's own pictures are ranked for any order and size") {
   text.replace(text.find("\"per_twig\""), 10, field);
   const test::ScratchFile preset(text, ".json");
   const auto builder = BambooBuilder::load(test::source_file("models"), preset.path());
-  const BambooPreset& loaded = builder->style();
+  const BambooPreset& loaded = builder->preset();
   REQUIRE(loaded.leaves.pictures.size() == 2);
   CHECK(loaded.leaves.pictures[0]->rgba == std::vector<std::uint8_t>{20, 60, 15, 255});
   CHECK(loaded.leaves.pictures[1]->rgba ==

@@ -405,7 +405,7 @@ Skeleton BambooBuilder::grow_skeleton(const TreeShape& shape,
                                       const Crown& crown,
                                       Random& random,
                                       const MeshOptions& /*mesh*/) const {
-  return BambooGrower(shape, crown, style_, random).grow();
+  return BambooGrower(shape, crown, preset_, random).grow();
 }
 
 }  // namespace silvafit::tree

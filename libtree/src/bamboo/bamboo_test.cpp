@@ -83,7 +83,7 @@ TEST_CASE("the skeleton of any valid bamboo has its measurements and is inside t
       sound = sound && std::abs(length(leaf.along) - 1.0) < 1e-12 &&
               std::abs(length(leaf.facing) - 1.0) < 1e-12 &&
               std::abs(dot(leaf.along, leaf.facing)) < 1e-12 &&
-              leaf.grade < test::moso().style().leaves.pictures.size() &&
+              leaf.grade < test::moso().preset().leaves.pictures.size() &&
               leaf.axis < bamboo.skeleton.axes.size();
     }
     CHECK(sound);
@@ -249,8 +249,8 @@ TEST_CASE("a culm keeps its nodes when its crown is measured again") {
 
 TEST_CASE("leaves are brighter on the sunny side, outside and on outer branches") {
   const test::Bamboo bamboo = test::grown(test::usual_culm());
-  const auto& light = test::moso().style().leaves.light;
-  const double sun = test::moso().style().culm.sun_azimuth_deg;
+  const auto& light = test::moso().preset().leaves.light;
+  const double sun = test::moso().preset().culm.sun_azimuth_deg;
   REQUIRE(sun == 180.0);
   const auto at = [&](Point place, std::uint32_t order) {
     return leaf_light(light, bamboo.crown, sun, place, order);
@@ -273,6 +273,6 @@ TEST_CASE("leaves are brighter on the sunny side, outside and on outer branches"
       ++(leaf.at.y < 0.0 ? souths : norths);
     }
   }
-  CHECK(grades.size() == test::moso().style().leaves.pictures.size());
+  CHECK(grades.size() == test::moso().preset().leaves.pictures.size());
   CHECK(south / souths > north / norths + 0.2);
 }

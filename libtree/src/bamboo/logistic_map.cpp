@@ -33,31 +33,21 @@ bool repeats_soon(double mu, double x0) {
   return false;
 }
 
-bool in_range(double mu, double x0) {
-  return mu >= LogisticMap::kLeastMu && mu <= LogisticMap::kMostMu && x0 > 0.0 && x0 < 1.0;
-}
-
 }  // namespace
 
 bool LogisticMap::is_chaotic(double mu, double x0) {
-  return in_range(mu, x0) && !repeats_soon(mu, x0);
+  return mu >= kLeastMu && mu <= kMostMu && x0 > 0.0 && x0 < 1.0 && !repeats_soon(mu, x0);
 }
 
 LogisticMap::LogisticMap(double mu, double x0) : mu_(mu), x0_(x0), x_(x0) {
-  if (!(mu >= kLeastMu && mu <= kMostMu)) {
-    throw UsageError(fmt::format("mu = {} of the logistic map is outside [3.56994, 4]", mu));
-  }
-  if (!(x0 > 0.0 && x0 < 1.0)) {
-    throw UsageError(
-        fmt::format("the start value of the logistic map must be between 0 and 1, not {}", x0));
-  }
-  if (repeats_soon(mu, x0)) {
-    throw UsageError(
-        fmt::format("the logistic map with mu = {} soon repeats from start value {}; use another "
-                    "start value or mu = 4",
-                    mu,
-                    x0));
-  }
+  if (is_chaotic(mu, x0)) return;
+  throw UsageError(fmt::format(
+      "the logistic map needs mu in [{}, {}], a start value between 0 and 1, and values "
+      "that do not soon repeat; mu {} and start value {} do not give them",
+      kLeastMu,
+      kMostMu,
+      mu,
+      x0));
 }
 
 double LogisticMap::next() {

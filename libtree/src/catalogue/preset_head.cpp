@@ -2,6 +2,7 @@
 #include "catalogue/preset_head.hpp"
 
 #include <cmath>
+#include <utility>
 
 #include "catalogue/leafy_shoots_entry.hpp"
 
@@ -31,24 +32,30 @@ void read_head(const std::filesystem::path& models,
 
 void read_head(const std::filesystem::path& models,
                const data::JsonReader& entry,
-               const std::vector<std::string_view>& others,
+               std::vector<std::string_view> others,
+               PresetHead& head) {
+  others.insert(others.end(),
+                {"schema",
+                 "name",
+                 "title",
+                 "species",
+                 "taper",
+                 "crown",
+                 "leaves",
+                 "bark_color",
+                 "bark",
+                 "bark_by_diameter",
+                 "basis"});
+  entry.allow_only(others);
+  read_head(models, entry, head);
+}
+
+void read_head(const std::filesystem::path& models,
+               const data::JsonReader& entry,
+               std::vector<std::string_view> others,
                FreePreset& preset) {
-  std::vector<std::string_view> fields{"schema",
-                                       "name",
-                                       "title",
-                                       "species",
-                                       "taper",
-                                       "crown",
-                                       "largest_gap",
-                                       "bark_color",
-                                       "bark",
-                                       "bark_by_diameter",
-                                       "leaves",
-                                       "leafy_shoots",
-                                       "basis"};
-  fields.insert(fields.end(), others.begin(), others.end());
-  entry.allow_only(fields);
-  read_head(models, entry, preset);
+  others.insert(others.end(), {"largest_gap", "leafy_shoots"});
+  read_head(models, entry, std::move(others), static_cast<PresetHead&>(preset));
   constexpr double kSmallestGap = 0.1;
   if (entry.has("largest_gap")) {
     preset.fit.largest_gap = entry.at("largest_gap").number_between(kSmallestGap, 2.0);

@@ -23,12 +23,18 @@ void read_head(const std::filesystem::path& models,
                const data::JsonReader& entry,
                PresetHead& head);
 
-/// The same with the fields of freely grown trees but the leaves.
-/// \param models  with shoots/, too
-/// \param others  the names of the builder's own fields; no others are allowed
+/// The same if a file may have no fields but these and the builder's own.
+/// \param others  the names of the builder's own fields
 void read_head(const std::filesystem::path& models,
                const data::JsonReader& entry,
-               const std::vector<std::string_view>& others,
+               std::vector<std::string_view> others,
+               PresetHead& head);
+
+/// The same with the fields of freely grown trees but the leaves.
+/// \param models  with shoots/, too
+void read_head(const std::filesystem::path& models,
+               const data::JsonReader& entry,
+               std::vector<std::string_view> others,
                FreePreset& preset);
 
 /// Three numbers in [0, 1].

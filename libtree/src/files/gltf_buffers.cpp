@@ -67,14 +67,15 @@ std::vector<std::size_t> GltfBuffers::add_streams(std::span<const PackedStream> 
 std::size_t GltfBuffers::add_floats(const std::vector<float>& values,
                                     std::size_t each,
                                     bool bounded) {
-  std::string text =
-      fmt::format("{{\"bufferView\":{},\"componentType\":{},\"count\":{},\"type\":\"{}\"",
-                  plain_view(values.data(), values.size() * sizeof(float), 0, kNoTarget),
-                  static_cast<int>(ComponentType::kFloat),
-                  values.size() / each,
-                  each == 3 ? "VEC3" : "SCALAR");
-  if (bounded) text += fmt::format(",\"min\":[{}],\"max\":[{}]", values.front(), values.back());
-  return accessors_.add(text + '}');
+  const PackedStream stream{.components = static_cast<int>(each), .count = values.size() / each};
+  const std::size_t in_view =
+      plain_view(values.data(), values.size() * sizeof(float), 0, kNoTarget);
+  std::string text = accessor_text(stream, in_view, 0);
+  if (bounded) {
+    text.back() = ',';
+    text += fmt::format("\"min\":[{}],\"max\":[{}]}}", values.front(), values.back());
+  }
+  return accessors_.add(text);
 }
 
 std::size_t GltfBuffers::add_view(const std::string& bytes) {

@@ -69,21 +69,16 @@ class ObjWriter final : public BakingWriter {
     fmt::memory_buffer text;
     auto to = std::back_inserter(text);
     fmt::format_to(to, "g {}\nusemtl {}\n", part, one_word(material));
+    const auto put_triples =
+        [&to](const std::vector<float>& values,
+              fmt::format_string<const float&, const float&, const float&> line) {
+          for (std::size_t i = 0; i < values.size(); i += 3) {
+            fmt::format_to(to, line, values[i], values[i + 1], values[i + 2]);
+          }
+        };
     // Coordinates are written to a tenth of a millimeter.
-    for (std::size_t i = 0; i < mesh.positions.size(); i += 3) {
-      fmt::format_to(to,
-                     "v {:.4f} {:.4f} {:.4f}\n",
-                     mesh.positions[i],
-                     mesh.positions[i + 1],
-                     mesh.positions[i + 2]);
-    }
-    for (std::size_t i = 0; i < mesh.normals.size(); i += 3) {
-      fmt::format_to(to,
-                     "vn {:.3f} {:.3f} {:.3f}\n",
-                     mesh.normals[i],
-                     mesh.normals[i + 1],
-                     mesh.normals[i + 2]);
-    }
+    put_triples(mesh.positions, "v {:.4f} {:.4f} {:.4f}\n");
+    put_triples(mesh.normals, "vn {:.3f} {:.3f} {:.3f}\n");
     for (std::size_t i = 0; i < mesh.uvs.size(); i += 2) {
       // In OBJ v increases upward.
       fmt::format_to(to, "vt {:.4f} {:.4f}\n", mesh.uvs[i], 1.0F - mesh.uvs[i + 1]);
@@ -91,12 +86,12 @@ class ObjWriter final : public BakingWriter {
     for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
       fmt::format_to(to, "f");
       for (std::size_t k = 0; k < 3; ++k) {
-        const std::size_t index = mesh.indices[i + k];
+        const std::size_t vertex = mesh.indices[i + k] + vertices_ + 1;
+        const std::size_t uv = mesh.indices[i + k] + uvs_ + 1;
         if (mesh.uvs.empty()) {
-          fmt::format_to(to, " {}//{}", index + vertices_ + 1, index + vertices_ + 1);
+          fmt::format_to(to, " {}//{}", vertex, vertex);
         } else {
-          fmt::format_to(
-              to, " {}/{}/{}", index + vertices_ + 1, index + uvs_ + 1, index + vertices_ + 1);
+          fmt::format_to(to, " {}/{}/{}", vertex, uv, vertex);
         }
       }
       fmt::format_to(to, "\n");

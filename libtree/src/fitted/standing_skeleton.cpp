@@ -11,8 +11,6 @@
 namespace silvafit::tree {
 namespace {
 
-bool is_finite(Point p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
-
 /// The axes that form the stem: the stem itself, then at each end the branch that continues there
 /// and rises highest.
 std::vector<std::uint32_t> leaders(const Skeleton& grown) {
@@ -103,14 +101,9 @@ void check_grown(const Skeleton& grown) {
     throw GeometryError("the skeleton has no stem");
   }
   if (grown.axes.size() < 2) throw GeometryError("the skeleton has no branch");
-  for (const SkeletonPoint& point : grown.points) {
-    if (!is_finite(point.at) || !std::isfinite(point.radius_m)) {
-      throw GeometryError("the skeleton has a coordinate that is not finite");
-    }
-  }
+  check_finite(grown);
   for (const LeafSite& leaf : grown.leaves) {
-    if (!is_finite(leaf.at) || !is_finite(leaf.along) || !is_finite(leaf.facing) ||
-        !std::isfinite(leaf.length_m) || leaf.axis >= grown.axes.size()) {
+    if (leaf.axis >= grown.axes.size()) {
       throw GeometryError("the skeleton has a leaf without an axis");
     }
   }

@@ -85,9 +85,10 @@ class IfsBuilder : public FreeBuilder {
   static std::unique_ptr<IfsBuilder> load(const std::filesystem::path& models,
                                           const std::filesystem::path& file);
 
-  explicit IfsBuilder(IfsPreset preset);
+  explicit IfsBuilder(IfsPreset preset)
+      : FreeBuilder(BuilderKind::kIfs), preset_(std::move(preset)) {}
 
-  const IfsPreset& ifs() const { return ifs_; }
+  const IfsPreset& preset() const override { return preset_; }
 
   Skeleton grow_freely(double h_m, Random& random) const override;
 
@@ -95,7 +96,7 @@ class IfsBuilder : public FreeBuilder {
   Skeleton drawn(double h_m, bool has_leaves, Random& random) const override;
   std::string file_of(double /*h_m*/) const override { return {}; }
 
-  IfsPreset ifs_;
+  IfsPreset preset_;
 };
 
 }  // namespace silvafit::tree

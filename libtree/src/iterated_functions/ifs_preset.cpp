@@ -197,15 +197,12 @@ std::unique_ptr<IfsBuilder> IfsBuilder::load(const std::filesystem::path& models
   return std::make_unique<IfsBuilder>(std::move(preset));
 }
 
-IfsBuilder::IfsBuilder(IfsPreset preset)
-    : FreeBuilder(BuilderKind::kIfs, preset), ifs_(std::move(preset)) {}
-
 Skeleton IfsBuilder::grow_freely(double /*h_m*/, Random& random) const {
-  return grow_ifs(ifs_, random);
+  return grow_ifs(preset_, random);
 }
 
 Skeleton IfsBuilder::drawn(double /*h_m*/, bool has_leaves, Random& random) const {
-  return grow_ifs(ifs_, random, has_leaves);
+  return grow_ifs(preset_, random, has_leaves);
 }
 
 }  // namespace silvafit::tree

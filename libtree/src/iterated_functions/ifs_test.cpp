@@ -158,7 +158,7 @@ TEST_CASE("the same random numbers give the same copies, others different ones")
   const auto points = [&](std::uint64_t seed) {
     Random random(seed);
     std::vector<double> all;
-    const Skeleton skeleton = grow_ifs(builder.ifs(), random);
+    const Skeleton skeleton = grow_ifs(builder.preset(), random);
     for (const SkeletonPoint& p : skeleton.points) all.push_back(p.at.x);
     for (const LeafSite& leaf : skeleton.leaves) all.push_back(leaf.at.z);
     return all;
@@ -239,7 +239,7 @@ TEST_CASE("a system with an invalid field is refused with file and field") {
 TEST_CASE(
     "the fronds of a tree fern start at the top of the stem, and one hangs to the crown base") {
   const Builder& fern = test::shipped_builders().named(BuilderKind::kIfs, "fern");
-  const double head = dynamic_cast<const IfsBuilder&>(fern).ifs().fit.head;
+  const double head = dynamic_cast<const IfsBuilder&>(fern).preset().fit.head;
   REQUIRE(head == 0.7);
   for (int i = 0; i < 5; ++i) {
     const Morphology tree{.plot = "1",

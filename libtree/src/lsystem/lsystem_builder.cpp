@@ -98,8 +98,8 @@ std::unique_ptr<LsystemBuilder> LsystemBuilder::load(const std::filesystem::path
 }
 
 LsystemBuilder::LsystemBuilder(LsystemPreset preset)
-    : FreeBuilder(BuilderKind::kLsystem, preset), lsystem_(std::move(preset)) {
-  for (std::size_t i = 0; i < lsystem_.stages.size(); ++i) {
+    : FreeBuilder(BuilderKind::kLsystem), preset_(std::move(preset)) {
+  for (std::size_t i = 0; i < preset_.stages.size(); ++i) {
     derived_.push_back(std::make_unique<Derived>());
   }
 }
@@ -107,7 +107,7 @@ LsystemBuilder::LsystemBuilder(LsystemPreset preset)
 LsystemBuilder::~LsystemBuilder() = default;
 
 std::unique_ptr<LsystemBuilder> LsystemBuilder::with_grammar(const Grammar& grammar) const {
-  LsystemPreset changed = lsystem_;
+  LsystemPreset changed = preset_;
   changed.stages = {{0.0, grammar}};
   changed.fit = {};  // shows the user's branches only
   return std::make_unique<LsystemBuilder>(std::move(changed));
@@ -116,8 +116,8 @@ std::unique_ptr<LsystemBuilder> LsystemBuilder::with_grammar(const Grammar& gram
 Skeleton LsystemBuilder::derive(const Grammar& grammar, Random& random) const {
   Skeleton skeleton = skeleton_of(draw(grammar.derive(random), grammar.turtle(), grammar.file()),
                                   grammar.file(),
-                                  lsystem_.bud_grade);
-  const std::size_t looks = lsystem_.style.leaves.size();
+                                  preset_.bud_grade);
+  const std::size_t looks = preset_.style.leaves.size();
   if (looks == 0) {
     skeleton.leaves.clear();
     return skeleton;
@@ -131,16 +131,16 @@ Skeleton LsystemBuilder::derive(const Grammar& grammar, Random& random) const {
 
 std::size_t LsystemBuilder::stage_of(double h_m) const {
   const auto above = std::upper_bound(
-      lsystem_.stages.begin(),
-      lsystem_.stages.end(),
+      preset_.stages.begin(),
+      preset_.stages.end(),
       h_m,
       [](double h, const LsystemPreset::Stage& stage) { return h < stage.from_m; });
-  return static_cast<std::size_t>(std::max<std::ptrdiff_t>(above - lsystem_.stages.begin() - 1, 0));
+  return static_cast<std::size_t>(std::max<std::ptrdiff_t>(above - preset_.stages.begin() - 1, 0));
 }
 
 Skeleton LsystemBuilder::grow_freely(double h_m, Random& random) const {
   const std::size_t stage = stage_of(h_m);
-  const Grammar& grammar = lsystem_.stages[stage].grammar;
+  const Grammar& grammar = preset_.stages[stage].grammar;
   if (grammar.is_random()) return derive(grammar, random);
   Derived& derived = *derived_[stage];
   {
@@ -159,7 +159,7 @@ Skeleton LsystemBuilder::drawn(double h_m, bool has_leaves, Random& random) cons
 }
 
 std::string LsystemBuilder::file_of(double h_m) const {
-  return lsystem_.stages[stage_of(h_m)].grammar.file();
+  return preset_.stages[stage_of(h_m)].grammar.file();
 }
 
 }  // namespace silvafit::tree

@@ -81,8 +81,8 @@ TEST_CASE("the trees of the paper's figure 7 have its table's parameters") {
   for (const auto& [name, row] : table) {
     INFO(name);
     const LsystemBuilder& builder = shipped(name);
-    REQUIRE(builder.lsystem().stages.size() == 1);
-    const Grammar& grammar = builder.lsystem().stages.front().grammar;
+    REQUIRE(builder.preset().stages.size() == 1);
+    const Grammar& grammar = builder.preset().stages.front().grammar;
     const std::array<const char*, 7> names{"r1", "r2", "a0", "a2", "d", "wr", "n"};
     for (std::size_t i = 0; i < names.size(); ++i) {
       CHECK(grammar.constants().at(names[i]) == row[i]);

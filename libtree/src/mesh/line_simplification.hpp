@@ -38,6 +38,25 @@ void mark_needed(std::span<const Vertex> line,
   mark_needed(line, at, last, tolerance, error, needed);
 }
 
+/// Marks of the points of a line that are needed in this way: the ends, those that are fixed, and
+/// as many between them as the tolerance needs.
+template <typename Vertex, typename Error, typename Fixed>
+std::vector<bool> needed_of(std::span<const Vertex> line,
+                            double tolerance,
+                            const Error& error,
+                            const Fixed& is_fixed) {
+  std::vector<bool> needed(line.size(), false);
+  needed.front() = true;
+  std::size_t from = 0;
+  for (std::size_t i = 1; i < line.size(); ++i) {
+    if (i + 1 < line.size() && !is_fixed(line[i])) continue;
+    needed[i] = true;
+    mark_needed(line, from, i, tolerance, error, needed);
+    from = i;
+  }
+  return needed;
+}
+
 /// The marked points, in their order.
 template <typename Vertex>
 void take_marked(std::span<const Vertex> line,

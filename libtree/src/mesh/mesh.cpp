@@ -12,6 +12,7 @@
 #include "mesh/segment_tubes.hpp"
 #include "mesh/shoot_cards.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/tree/builder.hpp"
 #include "silvafit/tree/texture_library.hpp"
 
 namespace silvafit::tree {
@@ -85,23 +86,22 @@ std::size_t Mesh::triangle_count() const {
   return count;
 }
 
-Mesh build_mesh(const Skeleton& skeleton,
-                const Crown& crown,
-                const Preset& preset,
-                Random& random,
-                const MeshOptions& options) {
+Mesh SegmentBuilder::build_mesh(const Skeleton& skeleton,
+                                const Crown& crown,
+                                Random& random,
+                                const MeshOptions& options) const {
   check_options(options);
   const SegmentTubes tubes(skeleton, crown, options);
   MeshPart stem{.kind = PartKind::kStem};
   MeshPart branches{.kind = PartKind::kBranches};
   MeshPart foliage{.kind = PartKind::kFoliage, .double_sided = true};
-  const LeafyShoots& shoots = preset.leafy_shoots;
-  const BarkPaint paint(preset.bark, skeleton.points_of(skeleton.axes.front()));
+  const LeafyShoots& shoots = preset_.leafy_shoots;
+  const BarkPaint paint(preset_.bark, skeleton.points_of(skeleton.axes.front()));
   for (MeshPart* part : {&stem, &branches}) paint.dress(*part, options.textured);
-  Foliage leaves = preset.foliage;
+  Foliage leaves = preset_.foliage;
   leaves.outer = shoots.color(options.season, leaves.outer);
   if (options.textured) {
-    dress_shoots(shoots, preset.bark, leaves.outer, leaves.color_variation, options, foliage);
+    dress_shoots(shoots, preset_.bark, leaves.outer, leaves.color_variation, options, foliage);
   } else {
     foliage.color = foliage_color(leaves);
   }

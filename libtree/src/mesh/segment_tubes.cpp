@@ -33,19 +33,10 @@ struct TubeError {
 void needed_sections(std::span<const SkeletonPoint> stem,
                      double tolerance_m,
                      std::vector<SkeletonPoint>& sections) {
-  std::vector<bool> needed(stem.size(), tolerance_m == 0.0);
-  const TubeError error{.bend = 1.0 / kBendTolerance};
-  std::size_t from = 0;
-  needed.front() = needed.back() = true;
-  if (tolerance_m > 0.0) {
-    for (std::size_t i = 1; i + 1 < stem.size(); ++i) {
-      if (stem[i].at.z != kBreastHeight) continue;
-      needed[i] = true;
-      mark_needed(stem, 0, i, tolerance_m, error, needed);
-      from = i;
-    }
-    mark_needed(stem, from, stem.size() - 1, tolerance_m, error, needed);
-  }
+  std::vector<bool> needed =
+      needed_of(stem, tolerance_m, TubeError{.bend = 1.0 / kBendTolerance}, [&](const auto& point) {
+        return tolerance_m == 0.0 || point.at.z == kBreastHeight;
+      });
   // Sections that floats cannot distinguish from the tip.
   constexpr double kThinnest = 0.00005;
   constexpr double kNearest = 0.001;
@@ -65,10 +56,8 @@ void needed_points(std::span<const SkeletonPoint> branch,
     needed.assign(branch.begin(), branch.end());
     return;
   }
-  std::vector<bool> marks(branch.size(), false);
-  marks.front() = marks.back() = true;
-  mark_needed(branch, 0, branch.size() - 1, tolerance_m, TubeError{}, marks);
-  take_marked(branch, marks, needed);
+  const auto never = [](const SkeletonPoint&) { return false; };
+  take_marked(branch, needed_of(branch, tolerance_m, TubeError{}, never), needed);
 }
 
 /// Radius of the stem where a first-order branch starts; 0 for other axes, which need no collar.

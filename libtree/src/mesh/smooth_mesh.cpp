@@ -14,20 +14,11 @@
 #include "mesh/smooth_mesh_rings.hpp"
 #include "mesh/tube.hpp"
 #include "mesh/wood_error.hpp"
+#include "segments/skeleton_line.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::tree {
 namespace {
-
-void check_finite(const Skeleton& skeleton) {
-  const auto zero = [](Point p) { return 0.0 * p.x + 0.0 * p.y + 0.0 * p.z; };
-  double sum = 0.0;
-  for (const SkeletonPoint& point : skeleton.points) sum += zero(point.at) + 0.0 * point.radius_m;
-  for (const LeafSite& leaf : skeleton.leaves) {
-    sum += zero(leaf.at) + zero(leaf.along) + zero(leaf.facing) + 0.0 * leaf.length_m;
-  }
-  if (sum != 0.0) throw GeometryError("the skeleton has a coordinate that is not finite");
-}
 
 /// The error of a twig that is not drawn is its distance from its start.
 double left_out_m(const Limbs& limbs,
@@ -145,19 +136,6 @@ void add_wood(const Limbs& limbs,
   }
 }
 
-void add_leaves(const Skeleton& skeleton,
-                const Limbs& limbs,
-                const MeshOptions& options,
-                LeafWriter& writer) {
-  const double scale = std::sqrt(static_cast<double>(options.foliage_per));
-  const auto step = static_cast<std::size_t>(options.foliage_per);
-  for (std::size_t i = 0; i < skeleton.leaves.size(); i += step) {
-    LeafSite site = skeleton.leaves[i];
-    site.at = site.at + limbs.moved(site.axis, site.at);
-    writer.add(site, scale);
-  }
-}
-
 }  // namespace
 
 bool shows_shoots(const SmoothStyle& style, const MeshOptions& options) {
@@ -224,9 +202,7 @@ Mesh build_smooth_mesh(const Skeleton& skeleton,
                  shift,
                  foliage_builder);
     } else if (has_leaves) {
-      LeafWriter writer(crown, style, options, foliage_builder);
-      writer.reserve(skeleton);
-      add_leaves(skeleton, limbs, options, writer);
+      add_site_leaves(skeleton, limbs, crown, style, options, foliage_builder);
     }
     PartBuilder root_builder(roots, bark);
     if (style.aerial_roots) {

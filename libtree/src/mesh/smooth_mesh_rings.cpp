@@ -204,21 +204,11 @@ void WoodRings::take_steps(const Limb& limb, std::size_t drawn_knots) {
   // Its axis may shift more below the relief of bark; its diameters may not.
   const double stem_bend = options_.textured ? 3.0 * kBendTolerance : kBendTolerance;
   const double bend = limb.axis == 0 ? 1.0 / stem_bend : 1.0;
-  keep_needed((1.0 - kStepShare) * tolerance, bend);
-}
-
-void WoodRings::keep_needed(double tolerance_m, double bend) {
+  const auto is_fixed = [](const Ring& ring) { return ring.is_fixed; };
   const std::span<const Ring> samples = samples_;
-  is_needed_.assign(samples_.size(), false);
-  is_needed_.front() = is_needed_.back() = true;
-  std::size_t from = 0;
-  for (std::size_t i = 1; i < samples_.size(); ++i) {
-    if (!samples_[i].is_fixed && i + 1 < samples_.size()) continue;
-    is_needed_[i] = true;
-    mark_needed(samples, from, i, tolerance_m, RingError{.bend = bend}, is_needed_);
-    from = i;
-  }
-  take_marked(samples, is_needed_, kept_);
+  take_marked(samples,
+              needed_of(samples, (1.0 - kStepShare) * tolerance, RingError{.bend = bend}, is_fixed),
+              kept_);
 }
 
 /// Moves the base onto the drawn parent, and makes it small enough to be inside.

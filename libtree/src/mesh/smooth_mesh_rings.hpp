@@ -38,7 +38,6 @@ class WoodRings {
   void keep_rings(const std::vector<bool>& is_kept);
   bool is_omitted(const Limb& limb, double thinnest_m) const;
   void take_steps(const Limb& limb, std::size_t drawn_knots);
-  void keep_needed(double tolerance_m, double bend);
   void place_base(const Limb& limb, Ring& base) const;
   double collar_radius_m(const Limb& limb) const;
   void fit_into_crown(Ring& ring, std::span<const Point> corners) const;
@@ -55,7 +54,6 @@ class WoodRings {
   std::vector<std::size_t> first_;
   std::vector<Ring> samples_;  ///< of the current limb
   std::vector<Ring> kept_;     ///< the drawn ones
-  std::vector<bool> is_needed_;
   std::vector<Point> branch_corners_;
   std::vector<Point> twig_corners_;
 };

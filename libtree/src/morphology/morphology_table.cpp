@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "morphology/plot_choice.hpp"
+#include "silvafit/base/enum_words.hpp"
 #include "silvafit/data/column_reference.hpp"
 
 namespace silvafit::tree {
@@ -21,20 +22,6 @@ using UnreadableCells = std::map<std::size_t, data::TextCell>;
 
 /// The sources of the standard columns in the table: "h" from "h_ols" or "BHD/10".
 using SourceNames = std::map<std::string, std::string>;
-
-std::string suffix_of(Use use) {
-  switch (use) {
-    case Use::kObserved:
-      return "";
-    case Use::kOls:
-      return "_ols";
-    case Use::kPopulation:
-      return "_population";
-    case Use::kConditional:
-      return "_conditional";
-  }
-  return "";
-}
 
 class Columns {
  public:
@@ -137,7 +124,7 @@ struct Sources {
 Sources sources_of(const data::Table& table, const MorphologyTableOptions& options) {
   Sources from;
   const Columns columns(table, options, from.unreadable, from.names);
-  const std::string suffix = suffix_of(options.use);
+  const std::string suffix = options.use == Use::kObserved ? "" : "_" + word_of(options.use);
   from.plot = columns.labels("plot");
   from.tree = columns.labels("tree");
   from.species = columns.labels_if_any("species");
@@ -174,12 +161,6 @@ std::optional<double> value_if_known(const std::optional<Numbers>& column, std::
   return (*column)[row];
 }
 
-Remains remains_of(std::string_view text) {
-  if (text == "snag") return Remains::kSnag;
-  if (text == "stump") return Remains::kStump;
-  return text == "log" ? Remains::kLog : Remains::kAll;
-}
-
 /// The missing label of a tree; empty: none.
 std::string missing_label(const Sources& from, std::size_t row) {
   if (from.plot[row].empty()) return "plot";
@@ -203,7 +184,7 @@ Morphology morphology_of(const Sources& from, std::size_t row, bool needs_positi
                .bend_azimuth_deg = value_if_known(from.bend_azimuth, row),
                .internodes = value_if_known(from.internodes, row),
                .branch_angle_deg = value_if_known(from.branch_angle, row)};
-  if (from.remains) tree.remains = remains_of((*from.remains)[row]);
+  if (from.remains) tree.remains = find_word<Remains>((*from.remains)[row]).value_or(Remains::kAll);
   if (tree.remains == Remains::kSnag) tree.decay_class = value_if_known(from.decay, row);
   const auto east = value_if_known(from.east, row);
   const auto west = value_if_known(from.west, row);
@@ -214,14 +195,6 @@ Morphology morphology_of(const Sources& from, std::size_t row, bool needs_positi
 }
 
 }  // namespace
-
-Use use_from_text(const std::string& text) {
-  if (text == "observed") return Use::kObserved;
-  if (text == "ols") return Use::kOls;
-  if (text == "population") return Use::kPopulation;
-  if (text == "conditional") return Use::kConditional;
-  throw UsageError("`use` must be observed, ols, population or conditional, not " + text);
-}
 
 MorphologyTable read_morphologies(const data::Table& table, const MorphologyTableOptions& options) {
   const Sources from = sources_of(table, options);

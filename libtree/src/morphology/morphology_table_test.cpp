@@ -98,8 +98,6 @@ TEST_CASE("predictions are chosen by level, without measured radii") {
   CHECK_FALSE(read.morphologies[0].radii);
   CHECK(read_morphologies(table, {}).left_out.size() == 1);
   CHECK_THROWS_AS(read_morphologies(table, {.use = Use::kConditional}), InputError);
-  CHECK(use_from_text("ols") == Use::kOls);
-  CHECK_THROWS_AS(use_from_text("best"), UsageError);
 }
 
 TEST_CASE("a cell with text excludes only its row") {

@@ -11,6 +11,7 @@
 #include "segments/skeleton_line.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/fingerprint.hpp"
+#include "silvafit/tree/builder.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -267,11 +268,11 @@ std::vector<double> section_heights_m(double h_m) {
   return heights;
 }
 
-Skeleton grow_skeleton(const TreeShape& shape,
-                       const Crown& crown,
-                       const Preset& preset,
-                       Random& random) {
-  return SkeletonGrower(shape, crown, preset, random).grow();
+Skeleton SegmentBuilder::grow_skeleton(const TreeShape& shape,
+                                       const Crown& crown,
+                                       Random& random,
+                                       const MeshOptions& /*mesh*/) const {
+  return SkeletonGrower(shape, crown, preset_, random).grow();
 }
 
 }  // namespace silvafit::tree

@@ -4,7 +4,19 @@
 #include <algorithm>
 #include <limits>
 
+#include "silvafit/base/error.hpp"
+
 namespace silvafit::tree {
+
+void check_finite(const Skeleton& skeleton) {
+  const auto zero = [](Point p) { return 0.0 * p.x + 0.0 * p.y + 0.0 * p.z; };
+  double sum = 0.0;
+  for (const SkeletonPoint& point : skeleton.points) sum += zero(point.at) + 0.0 * point.radius_m;
+  for (const LeafSite& leaf : skeleton.leaves) {
+    sum += zero(leaf.at) + zero(leaf.along) + zero(leaf.facing) + 0.0 * leaf.length_m;
+  }
+  if (sum != 0.0) throw GeometryError("the skeleton has a coordinate that is not finite");
+}
 
 double line_length_m(std::span<const SkeletonPoint> line) {
   double sum = 0.0;

@@ -9,6 +9,9 @@
 
 namespace silvafit::tree {
 
+/// \throws GeometryError if a coordinate is not finite
+void check_finite(const Skeleton& skeleton);
+
 /// Length of a line of points [m].
 double line_length_m(std::span<const SkeletonPoint> line);
 

@@ -30,14 +30,14 @@ class ShippedPresets {
  public:
   ShippedPresets() {
     for (const tree::Builder* builder : shipped_builders().of(tree::BuilderKind::kSegment)) {
-      presets_.push_back(dynamic_cast<const tree::SegmentBuilder&>(*builder).segments());
+      presets_.push_back(dynamic_cast<const tree::SegmentBuilder&>(*builder).preset());
     }
   }
 
   const std::vector<tree::Preset>& presets() const { return presets_; }
   const tree::Preset& named(std::string_view name) const {
     const tree::Builder& builder = shipped_builders().named(tree::BuilderKind::kSegment, name);
-    return dynamic_cast<const tree::SegmentBuilder&>(builder).segments();
+    return dynamic_cast<const tree::SegmentBuilder&>(builder).preset();
   }
 
  private:
@@ -115,7 +115,7 @@ inline Stages stages_of(const tree::Morphology& morphology,
   tree::TreeShape shape = tree::complete(morphology, preset.relative_hc, preset.name);
   tree::Crown crown(shape, preset.crown_index);
   Random random = tree::random_of_tree(seed, morphology.plot, morphology.tree);
-  tree::Skeleton skeleton = tree::grow_skeleton(shape, crown, preset, random);
+  tree::Skeleton skeleton = tree::SegmentBuilder(preset).grow_skeleton(shape, crown, random);
   return {std::move(shape), std::move(crown), std::move(skeleton)};
 }
 

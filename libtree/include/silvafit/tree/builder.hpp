@@ -9,6 +9,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "silvafit/base/enum_words.hpp"
@@ -39,8 +40,8 @@ class Builder {
   Builder& operator=(const Builder&) = delete;
 
   BuilderKind kind() const { return kind_; }
-  const PresetHead& preset() const { return preset_; }
-  const std::string& name() const { return preset_.name; }
+  virtual const PresetHead& preset() const = 0;
+  const std::string& name() const { return preset().name; }
 
   /// Fills in missing measurements by the rules of the preset.
   /// \throws DomainError as validate()
@@ -67,14 +68,23 @@ class Builder {
                           const MeshOptions& options) const = 0;
 
  protected:
-  Builder(BuilderKind kind, PresetHead preset);
+  explicit Builder(BuilderKind kind) : kind_(kind) {}
 
  private:
   BuilderKind kind_;
-  PresetHead preset_;
 };
 
 /// First-order branches in segments, as preset.hpp describes them.
+///
+/// Skeleton: stem by the preset's taper equation; first-order branches from the axis to the crown
+/// curve; twigs inside it. In each of the four measured directions one branch ends at the crown's
+/// widest point, and one branch starts on the axis at the crown base.
+///
+/// Mesh: tubes around the axes, and foliage on the branches' ends and twigs. A stem section is a
+/// regular polygon with the area of the circle whose diameter the skeleton gives, so that diameters
+/// and basal areas of the mesh are those of the tree. Height, crown base, crown radii and DBH are
+/// the same at every level of detail. If the random numbers start from the same state, the levels'
+/// foliage is at the same positions.
 class SegmentBuilder : public Builder {
  public:
   /// \param models  folder with taper/, branch_count/, shoots/ and bark/
@@ -82,9 +92,10 @@ class SegmentBuilder : public Builder {
   static std::unique_ptr<SegmentBuilder> load(const std::filesystem::path& models,
                                               const std::filesystem::path& file);
 
-  explicit SegmentBuilder(Preset preset);
+  explicit SegmentBuilder(Preset preset)
+      : Builder(BuilderKind::kSegment), preset_(std::move(preset)) {}
 
-  const Preset& segments() const { return segments_; }
+  const Preset& preset() const override { return preset_; }
 
   Skeleton grow_skeleton(const TreeShape& shape,
                          const Crown& crown,
@@ -96,7 +107,7 @@ class SegmentBuilder : public Builder {
                   const MeshOptions& options) const override;
 
  private:
-  Preset segments_;
+  Preset preset_;
 };
 
 /// The fields of presets whose skeletons grow without measurements.
@@ -108,6 +119,8 @@ struct FreePreset : PresetHead {
 /// A builder that draws a tree freely and fits it to the measurements.
 class FreeBuilder : public Builder {
  public:
+  const FreePreset& preset() const override = 0;
+
   /// \throws GeometryError as fit_to_measurements, naming the file that was drawn
   Skeleton grow_skeleton(const TreeShape& shape,
                          const Crown& crown,
@@ -119,16 +132,12 @@ class FreeBuilder : public Builder {
                   const MeshOptions& options) const override;
 
  protected:
-  FreeBuilder(BuilderKind kind, const FreePreset& preset);
+  using Builder::Builder;
 
   /// The tree as grow_freely(), towards any azimuth; with leaf sites if they are needed.
   virtual Skeleton drawn(double h_m, bool has_leaves, Random& random) const = 0;
   /// The file with the drawing of trees of a height, for messages; or none.
   virtual std::string file_of(double h_m) const = 0;
-
- private:
-  FitOptions fit_;
-  SmoothStyle style_;
 };
 
 /// The preset for a species.

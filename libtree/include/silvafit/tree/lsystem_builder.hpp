@@ -38,7 +38,7 @@ class LsystemBuilder : public FreeBuilder {
   /// The same crown, taper, bark and leaves with a user's grammar.
   std::unique_ptr<LsystemBuilder> with_grammar(const Grammar& grammar) const;
 
-  const LsystemPreset& lsystem() const { return lsystem_; }
+  const LsystemPreset& preset() const override { return preset_; }
 
   /// A grammar without random numbers is derived only once.
   /// \throws InputError as Grammar::derive, draw and skeleton_of
@@ -53,7 +53,7 @@ class LsystemBuilder : public FreeBuilder {
   std::size_t stage_of(double h_m) const;
   Skeleton derive(const Grammar& grammar, Random& random) const;
 
-  LsystemPreset lsystem_;
+  LsystemPreset preset_;
   std::vector<std::unique_ptr<Derived>> derived_;  ///< of each stage
 };
 

@@ -104,21 +104,6 @@ inline constexpr int kLevelsOfDetail = 4;
 /// \throws UsageError if there is no such level
 MeshOptions level_of_detail(int level, const MeshOptions& base = {});
 
-/// Tubes around the axes, and foliage on the branches' ends and twigs.
-///
-/// A stem section is a regular polygon with the area of the circle whose diameter the skeleton
-/// gives, so that diameters and basal areas of the mesh are those of the tree. Branches and foliage
-/// stay inside the crown curve. Height, crown base, crown radii and DBH are the same at
-/// every level of detail. If the random numbers start from the same state, the levels' foliage
-/// is at the same positions.
-/// \throws UsageError if an option is out of range
-/// \throws GeometryError if a coordinate is not finite
-Mesh build_mesh(const Skeleton& skeleton,
-                const Crown& crown,
-                const Preset& preset,
-                Random& random,
-                const MeshOptions& options = {});
-
 /// Measurements of the finished mesh, from its triangles only.
 struct Measurements {
   double h_m = 0.0;     ///< height of the highest vertex

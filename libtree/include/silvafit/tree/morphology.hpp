@@ -3,8 +3,10 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace silvafit::tree {
@@ -59,6 +61,9 @@ enum class Remains {
   kStump,  ///< it was cut
   kLog,    ///< the stem on the ground
 };
+constexpr std::array<std::string_view, 4> words_of(Remains /*remains*/) {
+  return {"all", "snag", "stump", "log"};
+}
 
 /// One tree as measured or predicted.
 ///

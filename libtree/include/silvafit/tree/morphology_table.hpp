@@ -2,9 +2,11 @@
 // Morphologies from a table of measured or predicted trees.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "silvafit/base/error.hpp"
@@ -15,9 +17,9 @@ namespace silvafit::tree {
 
 /// The columns of h, hcb and cw.
 enum class Use { kObserved, kOls, kPopulation, kConditional };
-
-/// \throws UsageError if the text is none of observed, ols, population, conditional
-Use use_from_text(const std::string& text);
+constexpr std::array<std::string_view, 4> words_of(Use /*use*/) {
+  return {"observed", "ols", "population", "conditional"};
+}
 
 struct MorphologyTableOptions {
   /// kObserved reads h, hcb, cw and, if present, cr_e, cr_w, cr_s, cr_n and hc. The others

@@ -90,14 +90,4 @@ Random random_of_tree(std::uint64_t seed, std::string_view plot, std::string_vie
 /// Heights of the stem's sections: every 0.2 m from the ground, 1.3 m, and the tip.
 std::vector<double> section_heights_m(double h_m);
 
-/// Stem by the preset's taper equation; first-order branches from the axis to the crown curve;
-/// twigs inside it.
-///
-/// Tips are on the crown curve or inside. In each of the four measured directions one branch ends
-/// at the crown's widest point, and one branch starts on the axis at the crown base.
-Skeleton grow_skeleton(const TreeShape& shape,
-                       const Crown& crown,
-                       const Preset& preset,
-                       Random& random);
-
 }  // namespace silvafit::tree
