@@ -105,8 +105,8 @@ void check_measured(const fit::FittedModel& fit, const Table& table) {
   }
 }
 
-/// The rows for a prediction, where codes of missing values are missing as in files. The covariates of
-/// a model of the catalogue must be in its domain.
+/// The rows for a prediction, where codes of missing values are missing as in files. The covariates
+/// of a model of the catalogue must be in its domain.
 Table rows_for(const fit::FittedModel& fit,
                const data::TableSource& source,
                const Catalogue* catalogue,
@@ -150,7 +150,8 @@ Table table_of_prediction(const fit::Prediction& found, fit::IntervalKind kind) 
   const bool is_mean = kind == fit::IntervalKind::kConfidence;
   add_if_known("standard_error", is_mean ? found.mean_error : found.prediction_error, table);
   if (!found.calibrated_from.empty()) {
-    table.set("calibrated_from", numbers(found.calibrated_from, std::identity()));
+    const auto& trees = found.calibrated_from;
+    table.set("calibrated_from", std::vector<double>(trees.begin(), trees.end()));
   }
   return table;
 }
@@ -198,8 +199,10 @@ AnalysisWork calibrate_work(AnalysisCall& call) {
     const fit::Calibration found = fit::calibrate(*fit, rows, options);
     const fit::CalibratedEffects& last = found.random.back();
     Table groups(last.labels.size());
-    groups.set("label", texts(last.labels, std::identity()));
-    groups.set("measured", numbers(found.measured, std::identity()));
+    data::TextColumn labels;
+    for (const std::string& label : last.labels) labels.append(label);
+    groups.set("label", std::move(labels));
+    groups.set("measured", std::vector<double>(found.measured.begin(), found.measured.end()));
     for (std::size_t k = 0; k < fit->random.back().names.size(); ++k) {
       const Eigen::VectorXd effects = last.effects.row(static_cast<Eigen::Index>(k));
       groups.set(fit->random.back().names[k], numbers(effects));
