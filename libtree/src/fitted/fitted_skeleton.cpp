@@ -309,7 +309,9 @@ class Fitter {
     const double low_m = crown_.hcb_m();
     const double crown_m = crown_.h_m() - low_m;
     const double share = std::clamp((base_of(i).z - low_m) / crown_m, 0.0, 1.0);
-    const double start_m = low_m + (head_ + (1.0 - head_) * share) * crown_m;
+    // Old and young fronds leave the stem close to each other.
+    constexpr double kOfRest = 0.2;
+    const double start_m = low_m + (head_ + kOfRest * (1.0 - head_) * share) * crown_m;
     if (side >= 0) {
       lead_to(i, start_m, radius_tip(side));
     } else if (i == lowest_) {

@@ -10,13 +10,14 @@
 #include "mesh/jitter.hpp"
 #include "mesh/tube.hpp"
 #include "segments/skeleton_line.hpp"
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::tree {
 namespace {
 
 /// Sections: proportion of the length, radius relative to the root's.
 using Section = std::array<double, 2>;
-/// A prop, from its foot to its end inside the limb.
+/// A prop, from its foot to its end inside the wood that bears it.
 constexpr std::array<Section, 7> kProp{
     {{0.0, 1.9}, {0.04, 1.35}, {0.12, 1.05}, {0.4, 0.95}, {0.7, 1.0}, {0.97, 1.3}, {1.0, 0.0}}};
 /// A hanging root, from its limb to its tip.
@@ -64,7 +65,10 @@ class RootWriter {
     constexpr double kOfLimb = 0.7;
     const double thickest = std::min(0.5 * roots_.diameter_m, kOfLimb * base.radius_m);
     if (is_prop) {
-      prop(base, (0.4 + 0.6 * size) * thickest, bend);
+      // An old prop thickens from the ground on and becomes thicker than its limb.
+      const double radius = (0.4 + 0.6 * size) * 0.5 * roots_.diameter_m;
+      prop(base.at, {base.at.x, base.at.y, 0.0}, radius, std::min(radius, thickest), bend);
+      merge_into_prop(base.at, radius, size, bend);
     } else if (options_.wood_order >= kAllOrders) {
       constexpr double kThinnest = 0.004;
       const double radius = std::max(kThinnest, (0.1 + 0.15 * size) * thickest);
@@ -83,20 +87,34 @@ class RootWriter {
             .along_m = along_m};
   }
 
-  /// From the ground up into the limb.
-  void prop(const SkeletonPoint& base, double radius_m, double bend) {
+  /// Thinner roots beside a prop that leave it on their way down: two of three props have them.
+  void merge_into_prop(Point top, double radius_m, double size, double bend) {
+    const int strands = static_cast<int>(3.0 * size);
+    for (int k = 0; k < strands; ++k) {
+      const double turn = kTwoPi * (bend + 0.4 * k);
+      const double away_m = radius_m * (3.0 + k);
+      const Point foot{top.x + away_m * std::sin(turn), top.y + away_m * std::cos(turn), 0.0};
+      const double share = 0.85 - 0.3 * k;
+      Point fork = top + bow(share, top.z, bend);
+      fork.z = share * top.z;
+      prop(fork, foot, 0.5 * radius_m, 0.3 * radius_m, -bend);
+    }
+  }
+
+  /// How far a root bows, which it does not at its ends.
+  static Point bow(double share, double length_m, double bend) {
     constexpr double kSway = 0.035;
-    const double h = base.at.z;
-    const Point sway{kSway * h * bend, kSway * h * (1.0 - std::abs(bend)), 0.0};
-    const auto at = [&](double share) {
-      // The bow is 0 where the root leaves its limb.
-      Point place = base.at + share * (1.0 - share) * 4.0 * sway;
-      place.z = share * h;
-      return place;
-    };
+    const double most_m = kSway * length_m * 4.0 * share * (1.0 - share);
+    return {most_m * bend, most_m * (1.0 - std::abs(bend)), 0.0};
+  }
+
+  /// From the ground up into the wood at its top.
+  void prop(Point top, Point foot, double radius_m, double top_radius_m, double bend) {
     rings_.clear();
     for (const auto& [share, wider] : kProp) {
-      rings_.push_back(ring(at(share), wider * radius_m, share * h, 1.0));
+      const Point at = foot + share * (top - foot) + bow(share, top.z, bend);
+      rings_.push_back(
+          ring(at, wider * std::lerp(radius_m, top_radius_m, share), share * top.z, 1.0));
     }
     add_tube(rings_, of_prop_, {.textured = options_.textured}, build_);
   }

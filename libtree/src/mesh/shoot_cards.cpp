@@ -93,17 +93,18 @@ class CardWriter {
     return base - std::min(size_m - room, farthest_m) * along;
   }
 
+  /// Shoots of a flat spray are at its sides and lie in its plane, those of others all round.
+  double roundness() const { return shoots_.cross_deg < 75.0 ? 0.35 : 1.0; }
+
   /// The shoot at the end of a branch continues it, others turn off to all sides.
   Point direction_of(
       const OnAxis& place, double end, Point outward, std::uint32_t number, Jitter& jitter) const {
     const double angle = kRadian * shoots_.angle_deg * (1.0 - end) * (1.0 + 0.3 * jitter.next());
     const Point aside = direction(cross(place.along, {0.0, 0.0, 1.0}), {1.0, 0.0, 0.0});
     const double azimuth = kGoldenAngle * number + 0.4 * jitter.next();
-    // Shoots of a flat spray are at its sides, those of others all round.
-    const double flat = shoots_.cross_deg < 75.0 ? 0.35 : 1.0;
     const Point across =
-        std::cos(azimuth) * aside + flat * std::sin(azimuth) * cross(aside, place.along);
-    const double strayed = flat * (0.3 - 0.2 * end);
+        std::cos(azimuth) * aside + roundness() * std::sin(azimuth) * cross(aside, place.along);
+    const double strayed = roundness() * (0.3 - 0.2 * end);
     const Point stray = strayed * Point{jitter.next(), jitter.next(), jitter.next()};
     return direction(std::cos(angle) * place.along + std::sin(angle) * across + 0.25 * outward +
                          stray + Point{0.0, 0.0, shoots_.lift},
@@ -113,7 +114,7 @@ class CardWriter {
   /// The first card faces up, or outward where the shoot is steep.
   Point upper_side(Point along, Point outward, Jitter& jitter) const {
     const Point wanted = Point{0.0, 0.0, 1.0} + 0.5 * outward +
-                         0.35 * Point{jitter.next(), jitter.next(), jitter.next()};
+                         0.35 * roundness() * Point{jitter.next(), jitter.next(), jitter.next()};
     const Point up = wanted - dot(wanted, along) * along;
     return direction(up, direction(cross(along, {0.6, -0.48, 0.64})));
   }
