@@ -37,6 +37,10 @@ MADE_BY = {
                f"{EXAMPLE} > new.csv",
     # Three plots with every fourth height measured.
     "heights.csv": f"awk -F, -v OFS=, 'NR == 1 || $1 < 4 {{ if (NR > 1 && NR % 4) $8 = \"\"; print }}' {EXAMPLE} > heights.csv",
+    # Circles around the centers of the plots.
+    "circles.csv": f"""awk -F, -v OFS=, 'NR > 1 {{
+      $4 -= 50 + ($1 == 1 ? 100 : ($1 - 2) % 3 * 100); $5 -= 25 + ($1 == 1 ? 0 : 50 + int(($1 - 2) / 3) * 50)
+      if ($4 * $4 + $5 * $5 > 144) next }} {{ print }}' {EXAMPLE} > circles.csv""",
     "plots.geojson": PLOTS,
     "plots.csv": """awk 'BEGIN { print "plot,area,stratum"; for (p = 1; p <= 10; p++) print p ",5000," (p < 6 ? "a" : "b") }' > plots.csv""",
     "one.json": f"silvafit fit {EXAMPLE} {CURVE} > one.json",

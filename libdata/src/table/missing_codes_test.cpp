@@ -6,7 +6,7 @@
 
 using namespace silvafit::data;
 
-TEST_CASE("-9999 and -99999 are missing in columns of numbers, and counted") {
+TEST_CASE("codes -9999 and -99999 are missing in columns of numbers, and counted") {
   Table table;
   table.set("h", std::vector<double>{1.0, -9999.0, -99999.0, -999.0, -9.0});
   table.set("t", std::vector<double>{-9999.0, -4.0, 0.0, 1.0, 2.0});

@@ -67,6 +67,7 @@ class SampleMaker {
   void find_smallest_dbh();
   std::optional<std::size_t> circle_of(double dbh_cm) const;
   double reach_m(std::size_t tree) const;
+  double mapped_m(std::size_t tree) const;
   double plot_area_m2(const PlotRecord* record) const;
   std::optional<SampledArea> area_of(const std::string& name, const PlotRecord* record) const;
   double per_ha_of_whole_plot(std::size_t tree, const PlotRecord* record) const;
@@ -75,7 +76,7 @@ class SampleMaker {
   bool exceeds_circles() const;
   void find_origin();
   Point center_of(const PlotRecord* record, Origin origin) const;
-  bool is_within_reach(std::size_t tree, Origin origin) const;
+  bool is_within(std::size_t tree, Origin origin, double radius_m) const;
   bool is_counted(std::size_t tree);
   void add_areas();
   void add_empty_plots();
@@ -275,6 +276,13 @@ double SampleMaker::reach_m(std::size_t tree) const {
   return record == nullptr || !design_.expansion.empty() ? data::kMissing : record->radius_m;
 }
 
+/// How far from the center a tree may have been mapped: of concentric circles also small trees of
+/// the largest one, which are not counted.
+double SampleMaker::mapped_m(std::size_t tree) const {
+  const double reach = reach_m(tree);
+  return design_.circles.empty() || std::isnan(reach) ? reach : design_.circles.back().radius_m;
+}
+
 double SampleMaker::slope_cosine(const PlotRecord* record) const {
   if (!design_.corrects_slope || record == nullptr || std::isnan(record->slope_deg)) return 1.0;
   return std::cos(record->slope_deg * kRadiansOfDegree);
@@ -310,14 +318,14 @@ Point SampleMaker::center_of(const PlotRecord* record, Origin origin) const {
   return {record->x, record->y};
 }
 
-bool SampleMaker::is_within_reach(std::size_t tree, Origin origin) const {
+bool SampleMaker::is_within(std::size_t tree, Origin origin, double radius_m) const {
   const PlotRecord* const record = record_of(tree);
   if (origin == Origin::kMap && record == nullptr) return false;
   const Point center = center_of(record, origin);
   const double distance_m =
       std::hypot(inventory_.x[tree] - center.x, inventory_.y[tree] - center.y);
   const double rounding_m = coordinate_rounding_m(std::max(std::abs(center.x), std::abs(center.y)));
-  return distance_m <= reach_m(tree) + kDistanceTolerance + rounding_m;
+  return distance_m <= radius_m + kDistanceTolerance + rounding_m;
 }
 
 /// Whether trees of a plot are farther apart than its circle is wide, so that they cannot be those
@@ -333,11 +341,11 @@ bool SampleMaker::exceeds_circles() const {
   };
   std::vector<Extent> extents(labels.levels().size());
   for (std::size_t tree = 0; tree < inventory_.size(); ++tree) {
-    if (!is_placed(inventory_, tree) || std::isnan(reach_m(tree))) continue;
+    if (!is_placed(inventory_, tree) || std::isnan(mapped_m(tree))) continue;
     auto& [low, high, reach] = extents[labels.code(tree)];
     low = {std::min(low.x, inventory_.x[tree]), std::min(low.y, inventory_.y[tree])};
     high = {std::max(high.x, inventory_.x[tree]), std::max(high.y, inventory_.y[tree])};
-    reach = std::max(reach, reach_m(tree));
+    reach = std::max(reach, mapped_m(tree));
   }
   return std::ranges::any_of(extents, [](const Extent& extent) {
     const double width_m = std::max(extent.high.x - extent.low.x, extent.high.y - extent.low.y);
@@ -363,8 +371,8 @@ void SampleMaker::find_origin() {
   for (std::size_t tree = 0; tree < inventory_.size(); ++tree) {
     if (!is_placed(inventory_, tree) || std::isnan(reach_m(tree))) continue;
     ++placed;
-    if (is_within_reach(tree, Origin::kCenter)) ++near_center;
-    if (has_map && is_within_reach(tree, Origin::kMap)) ++near_map;
+    if (is_within(tree, Origin::kCenter, mapped_m(tree))) ++near_center;
+    if (has_map && is_within(tree, Origin::kMap, mapped_m(tree))) ++near_map;
   }
   if (placed == 0) return;
   if (near_map > 0 && near_map >= near_center) {
@@ -406,7 +414,7 @@ bool SampleMaker::is_counted(std::size_t tree) {
     return false;
   }
   if (origin_ == Origin::kNone || !is_placed(inventory_, tree)) return true;
-  if (std::isnan(reach_m(tree)) || is_within_reach(tree, origin_)) return true;
+  if (std::isnan(reach_m(tree)) || is_within(tree, origin_, reach_m(tree))) return true;
   if (outside_++ == 0) {
     first_outside_ =
         describe(inventory_.place(tree),

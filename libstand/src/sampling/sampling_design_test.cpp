@@ -297,6 +297,16 @@ TEST_CASE("Trees that cannot have been counted in their circles need the centers
   CHECK(sample_of(list, without).areas[0].trees.size() == 3);
 }
 
+TEST_CASE("Small trees that were mapped in the largest circle are outside of their own") {
+  // Trees of 10 cm are counted up to 4 m, of 40 cm up to 12 m; all within 12 m were mapped.
+  const Inventory all = stand_of({{.x = 3, .y = 0, .dbh_cm = 10},
+                                  {.x = 0, .y = 9, .dbh_cm = 10},
+                                  {.x = -11, .y = 0, .dbh_cm = 10},
+                                  {.x = -8, .y = 8, .dbh_cm = 40}});
+  const SamplingDesign design{.circles = {{7, 4}, {30, 12}}};
+  CHECK(sample_of(all, design).areas[0].trees == std::vector<std::size_t>{0, 3});
+}
+
 TEST_CASE("An angle count on a map of all trees counts those within their limiting distance") {
   // 400 trees of 20 cm on a grid of 1 m: 20 / (2 sqrt(4)) = 5 m around the center of the map.
   std::vector<Tree> trees;

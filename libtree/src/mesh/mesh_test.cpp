@@ -277,6 +277,7 @@ TEST_CASE("the number of sides and sections changes neither DBH nor height") {
 TEST_CASE("trees have a few thousand triangles") {
   for (const Preset& preset : test::shipped_presets().presets()) {
     const SceneTree grown = grow_tree(test::paper_tree_1(), preset);
+    INFO(preset.name);
     CHECK(grown.measured.triangles >= 3000);
     CHECK(grown.measured.triangles <= 8500);
   }
