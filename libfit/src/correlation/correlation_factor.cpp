@@ -120,7 +120,11 @@ class DenseFactor : public CorrelationFactor {
     return -0.5 * slopes_[static_cast<std::size_t>(k)] * whitened;
   }
   MatrixXd times_expected(const MatrixXd& columns) const override {
-    return inverse().cwiseProduct(factor_.reconstructedMatrix()) * columns;
+    // Only some likelihoods need it, many times.
+    if (expected_.size() == 0) {
+      expected_ = inverse().cwiseProduct(factor_.reconstructedMatrix());
+    }
+    return expected_ * columns;
   }
   double expected_slope(Index k, const MatrixXd& x, const MatrixXd& y) const override {
     const MatrixXd& slope = slopes_[static_cast<std::size_t>(k)];
@@ -144,6 +148,7 @@ class DenseFactor : public CorrelationFactor {
 
   Eigen::LLT<MatrixXd> factor_;
   std::vector<MatrixXd> slopes_;  ///< L^-1 dR L^-1'
+  mutable MatrixXd expected_;     ///< Q, once it was used
 };
 
 }  // namespace

@@ -8,7 +8,7 @@
 
 namespace silvafit::fit {
 
-/// L of n rows, and its derivatives by m parameters.
+/// L of n rows, and its derivatives by m parameters. One caller at a time.
 class CorrelationFactor {
  public:
   virtual ~CorrelationFactor() = default;

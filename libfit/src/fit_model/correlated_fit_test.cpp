@@ -266,6 +266,18 @@ namespace {
 /// y = 1 + t/2 + the differences of sin(i^2), i counted over groups of 11: their moving average has
 /// the root 1. In R:
 ///   u <- sin((1:55)^2); e <- unlist(lapply(0:4, function(j) diff(u[j*11 + 1:11])))
+/// Heights of plots by time, which is a covariate, too.
+data::Table heights_of(const std::vector<double>& t,
+                       const std::vector<double>& h,
+                       data::TextColumn plot) {
+  data::Table table(t.size());
+  table.set("z", t);
+  table.set("t", t);
+  table.set("h", h);
+  table.set("plot", std::move(plot));
+  return table;
+}
+
 ///   d <- data.frame(t = rep(1:10, 5), g = rep(1:5, each = 10)); d$y <- 1 + d$t/2 + e
 data::Table differences() {
   std::vector<double> t, h;
@@ -278,12 +290,7 @@ data::Table differences() {
       plot.append(std::to_string(g + 1));
     }
   }
-  data::Table table(t.size());
-  table.set("z", t);
-  table.set("t", std::move(t));
-  table.set("h", std::move(h));
-  table.set("plot", std::move(plot));
-  return table;
+  return heights_of(t, h, std::move(plot));
 }
 
 /// Twelve groups of four times: y = 1 + t/2 + sin(5 i^2) + 1.2 cos(3 g^2) + 0.4 t cos(11 g^2).
@@ -298,12 +305,7 @@ data::Table four_times() {
                 0.4 * time * std::cos(11.0 * g * g));
     plot.append(std::to_string(g));
   }
-  data::Table table(t.size());
-  table.set("z", t);
-  table.set("t", std::move(t));
-  table.set("h", std::move(h));
-  table.set("plot", std::move(plot));
-  return table;
+  return heights_of(t, h, std::move(plot));
 }
 
 }  // namespace

@@ -43,12 +43,8 @@ std::optional<Finding> exactness(const NonlinearModel& model,
   }
   const auto& correlation = fit.variance.correlation;
   if (!correlation || least_variance(*correlation) > Thresholds::kDependent) return std::nullopt;
-  return Finding{
-      .kind = Finding::Kind::kText,
-      .names = {fmt::format("Not converged: a combination of the residuals is 0 in every group, so "
-                            "that the likelihood of {} has no maximum. Use a structure with fewer "
-                            "parameters, or more groups.",
-                            correlation->correlation.text())}};
+  return Finding{.kind = Finding::Kind::kSingularCorrelation,
+                 .names = {correlation->correlation.text()}};
 }
 
 /// The curves of the population and of groups with effects in one direction.

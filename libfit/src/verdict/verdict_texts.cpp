@@ -99,6 +99,9 @@ std::string_view text_of(Finding::Kind kind) {
        "Not converged: perfect fit: the model goes through all observations, so the residual "
        "standard deviation goes to 0 and the likelihood has no maximum. Check whether the "
        "response was computed from the covariates instead of measured."},
+      {kSingularCorrelation,
+       "Not converged: a combination of the residuals is 0 in every group, so that the likelihood "
+       "of {a} has no maximum. Use a structure with fewer parameters, or more groups."},
       {kBeyondMeasure,
        "Not converged: {names} [grows|grow] without bound: at two standard deviations from the "
        "center, the curve is more than a million times the spread of the response away. The data "
