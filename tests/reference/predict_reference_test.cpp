@@ -88,7 +88,7 @@ TEST_CASE("random effects of new plots are those of the definition in R") {
     INFO(label);
     const fit::Calibration calibration = fit::calibrate(fit, table.select(rows_of(plot["rows"])));
     REQUIRE(calibration.random.back().labels == std::vector<std::string>{label});
-    CHECK(calibration.measured == std::vector<Index>{4});
+    CHECK(calibration.random.back().measured == std::vector<Index>{4});
     for (std::size_t k = 0; k < 2; ++k) {
       // R's search has a Jacobian by differences: its fixed point is good to about 1e-9.
       CHECK(calibration.random.back().effects(static_cast<Index>(k), 0) ==

@@ -53,6 +53,7 @@ cpp11::sexp list_of_fit(fit::FittedModel fit) {
   nlohmann::ordered_json json = fit::json_of(fit);
   const std::string text = json_text(json);
   shorten_random_effects(json["random"]);
+  json.erase("random_cells");
   NamedList list;
   list.add("handle", handle_of(std::move(fit), text));
   list.add("fit", value_of(json));

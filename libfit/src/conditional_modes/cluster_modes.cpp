@@ -29,26 +29,22 @@ constexpr Index kGapRows = 128;
 
 }  // namespace
 
-ClusterModes::ClusterModes(const NonlinearModel& model,
-                           const EffectLayout& layout,
-                           const GroupSums& sums,
+ClusterModes::ClusterModes(const EffectLayout& layout,
+                           const DensitySums& sums,
                            Index first,
                            Index last)
-    : model_(model),
-      layout_(layout),
+    : layout_(layout),
       sums_(sums),
       first_(first),
       last_(last),
-      begin_(model.cluster_begin(first)),
-      end_(model.cluster_begin(last)),
+      begin_(layout.first_cell(first)),
+      end_(layout.first_cell(last)),
       r_(sums.random_count()),
       triangle_(r_ * (r_ + 1) / 2),
-      clusters_(static_cast<std::size_t>(last - first)),
-      has_kinks_(
-          std::ranges::any_of(sums.random(), [&](Index j) { return model.has_kink_in(j); })) {
+      clusters_(static_cast<std::size_t>(last - first)) {
   if (!sums.holds_weights()) return;
-  weights_.first_row = model.group_begin(begin_);
-  weights_.own.setOnes(model.group_begin(end_) - weights_.first_row);
+  weights_.first_row = sums.row_begin(begin_);
+  weights_.own.setOnes(sums.row_begin(end_) - weights_.first_row);
   weights_.held = weights_.own;
 }
 
@@ -65,7 +61,7 @@ void ClusterModes::begin(const VectorXd& modes) {
     cluster.is_known = false;
     cluster.is_at_kink = false;
   }
-  if (has_kinks_) accepted_ = density_;
+  if (sums_.has_kinks()) accepted_ = density_;
 }
 
 void ClusterModes::end(VectorXd& modes) {
@@ -79,7 +75,7 @@ void ClusterModes::end(VectorXd& modes) {
 bool ClusterModes::search(const GroupPriors& priors,
                           VectorXd& modes,
                           MatrixXd& effects,
-                          GroupSums::Workspace& workspace,
+                          DensitySums::Workspace& workspace,
                           const VectorXd* known) {
   begin(modes);
   for (int step = 0; evaluate_open(priors, effects, workspace); ++step) {
@@ -97,7 +93,7 @@ bool ClusterModes::search(const GroupPriors& priors,
 void ClusterModes::search_each(const GroupPriors& priors,
                                VectorXd& modes,
                                MatrixXd& effects,
-                               GroupSums::Workspace& workspace) {
+                               DensitySums::Workspace& workspace) {
   begin(modes);
   for (int step = 0; evaluate_open(priors, effects, workspace); ++step) {
     for (Index c = 0; c < cluster_count(); ++c) {
@@ -110,7 +106,7 @@ void ClusterModes::search_each(const GroupPriors& priors,
   end(modes);
 }
 
-void ClusterModes::take(const MatrixXd& effects, GroupSums::Workspace& workspace) {
+void ClusterModes::take(const MatrixXd& effects, DensitySums::Workspace& workspace) {
   sums_.density(begin_, end_, effects, density_, workspace, weights());
   for (Cluster& cluster : clusters_) {
     cluster.is_done = true;
@@ -130,9 +126,9 @@ void ClusterModes::place_effects(const GroupPriors& priors, Index cluster, Matri
 /// Sums at the trial modes of all clusters whose search has not ended; false if there are none.
 bool ClusterModes::evaluate_open(const GroupPriors& priors,
                                  MatrixXd& effects,
-                                 GroupSums::Workspace& workspace) {
+                                 DensitySums::Workspace& workspace) {
   const auto is_done = [&](Index c) { return clusters_[static_cast<std::size_t>(c)].is_done; };
-  const auto first_row = [&](Index c) { return model_.group_begin(begin_ + group_begin(c)); };
+  const auto first_row = [&](Index c) { return sums_.row_begin(begin_ + group_begin(c)); };
   bool any = false;
   for (Index c = 0; c < cluster_count(); ++c) {
     if (is_done(c)) continue;
@@ -162,30 +158,30 @@ double ClusterModes::objective() const {
   return sum;
 }
 
-int ClusterModes::step_limit() const { return has_kinks_ ? kKinkModeSteps : kModeSteps; }
+int ClusterModes::step_limit() const { return sums_.has_kinks() ? kKinkModeSteps : kModeSteps; }
 
 /// Accepts the trial modes if they are better, and proposes the next; else shortens the step.
 bool ClusterModes::advance(const GroupPriors& priors, Index c, const VectorXd* known) {
   Cluster& cluster = clusters_[static_cast<std::size_t>(c)];
   const double reached = objective_of(c);
   const double rounding = 1e-13 * (1.0 + std::abs(cluster.objective));
-  const double settled = has_kinks_ ? kRoundedDecrement : kSettledDecrement;
+  const double settled = sums_.has_kinks() ? kRoundedDecrement : kSettledDecrement;
   const bool is_settled = cluster.decrement < settled && std::isfinite(reached);
   // Without a share of the descent that the slope promises, steps would cross a kink to and fro.
   constexpr double kShare = 0.1;
-  const double promised = has_kinks_ && std::isfinite(cluster.objective)
+  const double promised = sums_.has_kinks() && std::isfinite(cluster.objective)
                               ? kShare * cluster.length * cluster.decrement
                               : 0.0;
   const double last = cluster.decrement;
   if (!is_settled && !(reached <= cluster.objective - promised + rounding)) {
     if (!std::isfinite(cluster.objective)) return false;
     constexpr double kShortest = 1e-9;
-    const bool is_at_kink = has_kinks_ && std::isfinite(reached) &&
+    const bool is_at_kink = sums_.has_kinks() && std::isfinite(reached) &&
                             cluster.length * std::sqrt(cluster.decrement) < kKinkDistance;
     if (!is_at_kink) {
       if (cluster.length < kShortest) return false;
       move(c, -cluster.length);
-      cluster.length *= has_kinks_ && cluster.length < 0.1 ? 0.1 : 0.5;
+      cluster.length *= sums_.has_kinks() && cluster.length < 0.1 ? 0.1 : 0.5;
       move(c, cluster.length);
       return true;
     }
@@ -197,7 +193,7 @@ bool ClusterModes::advance(const GroupPriors& priors, Index c, const VectorXd* k
     if (sums_.holds_weights()) accept_weights(c);
   }
   if (!propose(priors, c)) return false;
-  if (has_kinks_) sums_of(accepted_, c) = sums_of(density_, c);
+  if (sums_.has_kinks()) sums_of(accepted_, c) = sums_of(density_, c);
   const bool is_rounding =
       cluster.decrement < kRoundedDecrement && cluster.decrement >= 0.25 * last;
   cluster.is_known = known != nullptr && leads_to(*known, c);
@@ -239,8 +235,8 @@ bool ClusterModes::mix_sides(const GroupPriors& priors, Index c) {
 
 /// Uses the weights of this point, and the objective with them, from now on.
 void ClusterModes::accept_weights(Index c) {
-  const Index from = model_.group_begin(begin_ + group_begin(c)) - weights_.first_row;
-  const Index to = model_.group_begin(begin_ + group_begin(c + 1)) - weights_.first_row;
+  const Index from = sums_.row_begin(begin_ + group_begin(c)) - weights_.first_row;
+  const Index to = sums_.row_begin(begin_ + group_begin(c + 1)) - weights_.first_row;
   weights_.held.segment(from, to - from) = weights_.own.segment(from, to - from);
   auto sums = sums_of(density_, c);
   sums.row(0) = sums.row(density_.rows() - 1);

@@ -17,12 +17,8 @@ namespace silvafit::fit {
 /// searches.
 class ClusterModes {
  public:
-  /// Clusters [first, last) of the model.
-  ClusterModes(const NonlinearModel& model,
-               const EffectLayout& layout,
-               const GroupSums& sums,
-               Index first,
-               Index last);
+  /// Clusters [first, last) of the layout.
+  ClusterModes(const EffectLayout& layout, const DensitySums& sums, Index first, Index last);
 
   /// Searches from given modes.
   /// \param modes    (layout) of the model, in: starts; out: modes
@@ -33,23 +29,23 @@ class ClusterModes {
   bool search(const GroupPriors& priors,
               VectorXd& modes,
               MatrixXd& effects,
-              GroupSums::Workspace& workspace,
+              DensitySums::Workspace& workspace,
               const VectorXd* known = nullptr);
   /// The same for each cluster separately; is_found() tells whether its search succeeded.
   void search_each(const GroupPriors& priors,
                    VectorXd& modes,
                    MatrixXd& effects,
-                   GroupSums::Workspace& workspace);
+                   DensitySums::Workspace& workspace);
   /// Uses given effects as the modes; without the standard normal effects that they consist of.
   /// \param effects  (r x G)
-  void take(const MatrixXd& effects, GroupSums::Workspace& workspace);
+  void take(const MatrixXd& effects, DensitySums::Workspace& workspace);
 
   Index first_cluster() const { return first_; }
   Index first_group() const { return begin_; }
   Index end_group() const { return end_; }
   Index cluster_count() const { return last_ - first_; }
   /// First group of a cluster, by its number from 0, counted from first_group().
-  Index group_begin(Index cluster) const { return model_.cluster_begin(first_ + cluster) - begin_; }
+  Index group_begin(Index cluster) const { return layout_.first_cell(first_ + cluster) - begin_; }
 
   /// At the modes: the objective of all clusters, and Hessians.
   double objective() const;
@@ -134,7 +130,9 @@ class ClusterModes {
   };
   void begin(const VectorXd& modes);
   void end(VectorXd& modes);
-  bool evaluate_open(const GroupPriors& priors, MatrixXd& effects, GroupSums::Workspace& workspace);
+  bool evaluate_open(const GroupPriors& priors,
+                     MatrixXd& effects,
+                     DensitySums::Workspace& workspace);
   void place_effects(const GroupPriors& priors, Index cluster, MatrixXd& effects);
   bool advance(const GroupPriors& priors, Index cluster, const VectorXd* known);
   int step_limit() const;
@@ -154,9 +152,8 @@ class ClusterModes {
   void move(Index cluster, double length);
   double objective_of(Index cluster) const;
 
-  const NonlinearModel& model_;
   const EffectLayout& layout_;
-  const GroupSums& sums_;
+  const DensitySums& sums_;
   Index first_;
   Index last_;
   Index begin_;
@@ -169,7 +166,6 @@ class ClusterModes {
   VectorXd right_;    ///< of a Newton system
   MatrixXd density_;  ///< sums of density terms, one column a group
   MatrixXd trial_;
-  bool has_kinks_ = false;
   MatrixXd accepted_;  ///< density_ at the points reached, if the formula has kinks
   HeldWeights weights_;
 };

@@ -67,7 +67,6 @@ class CorrelatedSums : public GroupSums {
   Index others_at() const { return 1 + (has_approximation_ ? 3 : 1) * random_count(); }
   Index variance_at() const { return others_at() + std::ssize(others_); }
 
-  const NonlinearModel& model_;
   const VarianceModel& variance_;
   bool is_full_;       ///< K is the second derivative of rho
   Index scale_count_;  ///< parameters of the scale, with log sigma

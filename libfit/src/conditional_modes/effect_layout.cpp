@@ -1,36 +1,52 @@
 // SPDX-License-Identifier: MIT
 #include "conditional_modes/effect_layout.hpp"
 
+#include <numeric>
+#include <utility>
+
 #include "model/model_groups.hpp"
 
 namespace silvafit::fit {
 
+namespace {
+
+std::vector<Index> effect_counts(const std::vector<RandomEffects>& terms) {
+  std::vector<Index> result;
+  for (const RandomEffects& term : terms) result.push_back(std::ssize(term.coefficients));
+  return result;
+}
+
+}  // namespace
+
 EffectLayout::EffectLayout(const NonlinearModel& model)
-    : cluster_begin_{0}, places_(model.term_count()) {
-  for (const RandomEffects& term : model.specification().random) {
-    shared_ += counts_.empty() ? 0 : counts_.back();
-    counts_.push_back(static_cast<Index>(term.coefficients.size()));
-  }
-  const ModelGroups& groups = model.groups();
+    : EffectLayout(model.groups(), effect_counts(model.specification().random)) {}
+
+EffectLayout::EffectLayout(const ModelGroups& groups, std::vector<Index> counts)
+    : counts_(std::move(counts)),
+      shared_(std::accumulate(counts_.begin(), counts_.end(), Index{0}) -
+              (counts_.empty() ? 0 : counts_.back())),
+      first_cell_(groups.first_cell),
+      cluster_begin_{0},
+      places_(counts_.size()) {
   Index place = 0;
-  for (Index c = 0; c < model.cluster_count(); ++c) {
+  for (Index c = 0; c + 1 < std::ssize(first_cell_); ++c) {
     const auto number = static_cast<std::size_t>(c);
     for (std::size_t t = 0; t < terms(); ++t) {
       const Index count = groups.cluster_begin[t][number + 1] - groups.cluster_begin[t][number];
       for (Index k = 0; k < count; ++k, place += counts_[t]) places_[t].push_back(place);
     }
-    if (groups.is_crossed) add_pattern(model, c, place - cluster_begin_.back());
+    if (groups.is_crossed) add_pattern(groups, c, place - cluster_begin_.back());
     cluster_begin_.push_back(place);
   }
 }
 
-void EffectLayout::add_pattern(const NonlinearModel& model, Index cluster, Index size) {
-  const Index first = model.cluster_begin(cluster);
-  Eigen::MatrixXi of_cells(joint_count(), model.cluster_begin(cluster + 1) - first);
+void EffectLayout::add_pattern(const ModelGroups& groups, Index cluster, Index size) {
+  const Index first = first_cell(cluster);
+  Eigen::MatrixXi of_cells(joint_count(), first_cell(cluster + 1) - first);
   for (Index k = 0; k < of_cells.cols(); ++k) {
     Index row = 0;
     for (std::size_t t = 0; t < terms(); ++t) {
-      const Index begin = at(t, model.group_of(t, first + k)) - cluster_begin_.back();
+      const Index begin = at(t, groups.group_of(t, first + k)) - cluster_begin_.back();
       for (Index i = 0; i < counts_[t]; ++i) of_cells(row++, k) = static_cast<int>(begin + i);
     }
   }

@@ -18,11 +18,16 @@ namespace silvafit::fit {
 class EffectLayout {
  public:
   explicit EffectLayout(const NonlinearModel& model);
+  /// \param counts  number of effects of each term
+  EffectLayout(const ModelGroups& groups, std::vector<Index> counts);
 
   Index size() const { return cluster_begin_.back(); }
   /// First place of a cluster; begin(C) is size().
   Index begin(Index cluster) const { return cluster_begin_[static_cast<std::size_t>(cluster)]; }
+  /// First cell of a cluster.
+  Index first_cell(Index cluster) const { return first_cell_[static_cast<std::size_t>(cluster)]; }
   std::size_t terms() const { return counts_.size(); }
+  const std::vector<Index>& counts() const { return counts_; }
   /// Number of effects of a term.
   Index count(std::size_t term) const { return counts_[term]; }
   /// Number of effects of a cluster.
@@ -70,10 +75,11 @@ class EffectLayout {
  private:
   Index own(Index k) const { return shared_ + k * counts_.back(); }
   /// \param size  of the cluster, whose effects have their places already
-  void add_pattern(const NonlinearModel& model, Index cluster, Index size);
+  void add_pattern(const ModelGroups& groups, Index cluster, Index size);
 
   std::vector<Index> counts_;               ///< (q) of each term
   Index shared_ = 0;                        ///< effects of the terms before the last
+  std::vector<Index> first_cell_;           ///< (C + 1)
   std::vector<Index> cluster_begin_;        ///< (C + 1)
   std::vector<std::vector<Index>> places_;  ///< (G) of each term
   std::vector<std::shared_ptr<const SparsePattern>> patterns_;  ///< of clusters, if crossed

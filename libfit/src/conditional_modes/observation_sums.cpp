@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "conditional_modes/observation_sums.hpp"
 
+#include <algorithm>
+
 #include "conditional_modes/correlated_sums.hpp"
 
 namespace silvafit::fit {
@@ -20,7 +22,7 @@ class ObservationSums : public GroupSums {
                   const ObservationTerms& terms,
                   const std::vector<Index>& random,
                   bool with_slopes)
-      : GroupSums(random),
+      : GroupSums(model, random),
         rows_(model, variance, this->random()),
         tasks_(terms, with_slopes, rows_) {
     has_approximation_ = !terms.approximation.empty();
@@ -76,6 +78,11 @@ class ObservationSums : public GroupSums {
 };
 
 }  // namespace
+
+GroupSums::GroupSums(const NonlinearModel& model, const std::vector<Index>& random)
+    : DensitySums(random), model_(model) {
+  has_kinks_ = std::ranges::any_of(random, [&](Index j) { return model.has_kink_in(j); });
+}
 
 TermTasks::TermTasks(const ObservationTerms& terms, bool with_slopes, ObservationRows& rows) {
   std::vector<Expression> outputs{terms.density};

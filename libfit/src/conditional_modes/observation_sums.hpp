@@ -12,24 +12,24 @@
 
 namespace silvafit::fit {
 
-/// Sums over the rows of each group, from which a likelihood and the modes of random effects
-/// follow.
+/// Sums of the density of the data of each group, from which the modes of random effects follow.
 ///
-/// p coefficients, also those with random effects only, r random ones, o others, m + 1 parameters
-/// of the residuals' distribution: those of the variance function and of the correlation, log
-/// sigma; triangles are lower ones by columns.
-class GroupSums {
+/// p coefficients, also those with random effects only, r random ones, o others; triangles are
+/// lower ones by columns.
+class DensitySums {
  public:
   using Workspace = ObservationRows::Workspace;
 
-  virtual ~GroupSums() = default;
-  GroupSums(const GroupSums&) = delete;
-  GroupSums& operator=(const GroupSums&) = delete;
+  virtual ~DensitySums() = default;
+  DensitySums(const DensitySums&) = delete;
+  DensitySums& operator=(const DensitySums&) = delete;
 
   Index random_count() const { return static_cast<Index>(random_.size()); }
   const std::vector<Index>& random() const { return random_; }
   bool has_approximation() const { return has_approximation_; }
   bool holds_weights() const { return holds_weights_; }
+  /// Whether the mean may not be smooth in the random effects.
+  bool has_kinks() const { return has_kinks_; }
   /// See ObservationTerms::others.
   const std::vector<Index>& others() const { return others_; }
   /// Number of the sums of density().
@@ -38,8 +38,8 @@ class GroupSums {
     return 1 + r + r * (r + 1) / 2 * (has_approximation_ ? 2 : 1) + (holds_weights_ ? 1 : 0);
   }
 
-  /// Sets the point at which all sums are evaluated from now on.
-  virtual void set_point(const ObservationPoint& point) = 0;
+  /// First row of a group; that after the last group is the number of rows.
+  virtual Index row_begin(Index group) const = 0;
   /// Of density (1), by_random (r), curvature (triangle), approximation (triangle, if any), with
   /// held weights then of density with a point's own ones (1), for groups [first, last): one column
   /// a group.
@@ -57,6 +57,27 @@ class GroupSums {
                      const MatrixXd& effects,
                      MatrixXd& sums,
                      Workspace& workspace) const = 0;
+
+ protected:
+  explicit DensitySums(std::vector<Index> random) : random_(std::move(random)) {}
+
+  bool has_approximation_ = false;
+  bool holds_weights_ = false;
+  bool has_kinks_ = false;
+  std::vector<Index> others_;
+
+ private:
+  std::vector<Index> random_;
+};
+
+/// The sums of a model, from which also its likelihood and its gradient follow; with m + 1
+/// parameters of the residuals' distribution: those of the variance function and of the
+/// correlation, log sigma.
+class GroupSums : public DensitySums {
+ public:
+  Index row_begin(Index group) const override { return model_.group_begin(group); }
+  /// Sets the point at which all sums are evaluated from now on.
+  virtual void set_point(const ObservationPoint& point) = 0;
   /// Of density (1), density_by_fixed (p), density_by_variance (m + 1).
   virtual void slopes(Index first,
                       Index last,
@@ -74,14 +95,10 @@ class GroupSums {
                      Workspace& workspace) const = 0;
 
  protected:
-  explicit GroupSums(std::vector<Index> random) : random_(std::move(random)) {}
+  /// \param model  outlives this object
+  GroupSums(const NonlinearModel& model, const std::vector<Index>& random);
 
-  bool has_approximation_ = false;
-  bool holds_weights_ = false;
-  std::vector<Index> others_;
-
- private:
-  std::vector<Index> random_;
+  const NonlinearModel& model_;
 };
 
 /// The sums of a model; those of correlated residuals if its variance model has a correlation.

@@ -17,6 +17,7 @@
 #include "lindstrom_bates/lindstrom_bates_search.hpp"
 #include "marginal_likelihood/marginal_fit.hpp"
 #include "model/held_coefficients.hpp"
+#include "model/model_groups.hpp"
 #include "model/response_fingerprint.hpp"
 #include "optimization/tolerances.hpp"
 #include "optimum_search/optimum_search.hpp"
@@ -170,10 +171,12 @@ void report_failed_start(FitResult& result, LeastSquaresFit&& least_squares) {
 void keep_uncertainty(const NonlinearModel& model, FittedModel& fit) {
   if (!fit.has_random_effects() || !(fit.sigma > 0.0)) return;
   if (!fit.random.back().effects.allFinite()) return;
-  std::vector<EffectPosterior> described = describe_effects(model, fit);
-  for (std::size_t t = 0; t < described.size(); ++t) {
-    fit.random[t].uncertainty = std::move(described[t].uncertainty);
+  EffectPosteriors described = describe_effects(model, fit);
+  for (std::size_t t = 0; t < described.terms.size(); ++t) {
+    fit.random[t].uncertainty = std::move(described.terms[t].uncertainty);
   }
+  if (model.crossed() == nullptr) return;
+  fit.cells = {.groups = model.groups().of_cells, .curvatures = std::move(described.curvatures)};
 }
 
 void compute_statistics(FitResult& result, const NonlinearModel& model) {

@@ -6,6 +6,8 @@
 
 #include "conditional_modes/cluster_modes.hpp"
 #include "conditional_modes/random_places.hpp"
+#include "conditional_modes/stored_cells.hpp"
+#include "model/model_groups.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "model/variance_weights.hpp"
 #include "result/earlier_fit.hpp"
@@ -38,37 +40,41 @@ RandomDesign design_of(const MatrixXd& root, const RandomPlaces& places) {
   return design;
 }
 
-std::vector<EffectPosterior> empty_posteriors(const NonlinearModel& model,
-                                              const RandomPlaces& places) {
-  const Index p = model.column_count();
-  std::vector<EffectPosterior> result;
+/// Missing values.
+EffectPosteriors empty_posteriors(const ModelGroups& groups, Index p, const RandomPlaces& places) {
+  EffectPosteriors result;
   Index before = 0;
   for (std::size_t t = 0; t < places.terms.size(); ++t) {
     const Index q = places.q(t);
-    const Index groups = model.group_count(t);
-    result.push_back(
-        {.effects = MatrixXd::Constant(q, groups, kNaN),
-         .uncertainty = {.covariances = MatrixXd::Constant(q * q, groups, kNaN),
-                         .sensitivities = MatrixXd::Constant(q * p, groups, kNaN),
-                         .cross_covariances = MatrixXd::Constant(q * before, groups, kNaN)}});
-    // Each of two crossed groups has a covariance with many groups of the other term.
-    if (model.crossed() == nullptr) before += q;
+    const Index count = std::ssize(groups.labels[t]);
+    result.terms.push_back(
+        {.effects = MatrixXd::Constant(q, count, kNaN),
+         .uncertainty = {.covariances = MatrixXd::Constant(q * q, count, kNaN),
+                         .sensitivities = MatrixXd::Constant(q * p, count, kNaN),
+                         .cross_covariances = MatrixXd::Constant(q * before, count, kNaN)}});
+    if (!groups.is_crossed) before += q;
+  }
+  const Index r = places.r();
+  if (groups.is_crossed) {
+    result.curvatures.setConstant(r * (r + 1) / 2, groups.cell_count(), kNaN);
   }
   return result;
 }
 
 /// What all blocks of clusters share.
 struct Setting {
-  const NonlinearModel& model;
+  const ModelGroups& groups;
+  Index columns = 0;  ///< coefficients, also those with random effects only
   const EffectPriors& priors;
   const RandomPlaces& places;
   const EffectLayout& layout;
-  const GroupSums& sums;
+  const DensitySums& sums;
   const GroupPriors& designs;
+  Index stored = 0;            ///< number of cells whose data are known by their curvature only
   bool is_linearized = false;  ///< conditional covariances are those of the linearized model
 };
 
-/// A group of the model.
+/// A cell.
 struct GroupPlace {
   Index cluster = 0;
   Index group = 0;       ///< among all groups
@@ -85,8 +91,8 @@ class BlockPosteriors {
   /// \param spherical  (layout) the same
   void describe(const MatrixXd& effects,
                 const VectorXd& spherical,
-                GroupSums::Workspace& workspace,
-                std::vector<EffectPosterior>& result) {
+                DensitySums::Workspace& workspace,
+                EffectPosteriors& result) {
     shared_.sums.mixed(modes_.first_group(), modes_.end_group(), effects, mixed_, workspace);
     for (Index c = 0; c < modes_.cluster_count(); ++c) {
       if (modes_.is_found(c)) describe_cluster(c, spherical, result);
@@ -105,7 +111,7 @@ class BlockPosteriors {
   /// (r x p) the derivative of a group's slope by the coefficients, effects held.
   MatrixXd by_coefficients(Index group, const SmallMatrix& curvature) const {
     const Index r = shared_.places.r();
-    MatrixXd result(r, shared_.model.column_count());
+    MatrixXd result(r, shared_.columns);
     for (Index c = 0; c < r; ++c) {
       result.col(shared_.places.all[static_cast<std::size_t>(c)]) = curvature.col(c);
     }
@@ -118,7 +124,7 @@ class BlockPosteriors {
 
   /// The column of a group in matrices of a term.
   Index column(std::size_t term, const GroupPlace& at) const {
-    return shared_.model.group_of(term, at.group);
+    return shared_.groups.group_of(term, at.group);
   }
 
   /// (s + q x columns) numbers of all terms that belong to a group.
@@ -136,7 +142,7 @@ class BlockPosteriors {
 
   /// (r x p) the derivatives of the means of a group's prior by the coefficients.
   MatrixXd shift_of(const GroupPlace& at) const {
-    const Index p = shared_.model.column_count();
+    const Index p = shared_.columns;
     MatrixXd shift = MatrixXd::Zero(shared_.places.r(), p);
     for (std::size_t t = 0; t < shared_.priors.slopes.size(); ++t) {
       const auto own = shared_.priors.slopes[t].col(column(t, at));
@@ -147,10 +153,11 @@ class BlockPosteriors {
 
   /// (size x p) d z / d beta' of a cluster; NaN where it is not known.
   MatrixXd follow(Index c) {
-    const Index p = shared_.model.column_count();
+    const Index p = shared_.columns;
     MatrixXd result = MatrixXd::Zero(modes_.size_of(c), p);
     for (Index k = 0; k < modes_.group_count(c); ++k) {
       const GroupPlace at = place(c, k);
+      if (at.group < shared_.stored) continue;  // its density moves with the prior's mean
       const VectorXd triangle = modes_.curvatures(c).col(k);
       const SmallMatrix curvature = unpacked(triangle.data(), shared_.places.r());
       MatrixXd change = by_coefficients(modes_.group_begin(c) + k, curvature);
@@ -172,15 +179,20 @@ class BlockPosteriors {
             .in_cluster = k};
   }
 
-  void describe_cluster(Index c, const VectorXd& spherical, std::vector<EffectPosterior>& result) {
+  void describe_cluster(Index c, const VectorXd& spherical, EffectPosteriors& result) {
     const MatrixXd by_beta = follow(c);
     const bool is_exact = !shared_.is_linearized && factorize(c, true);
     if (!is_exact && !factorize(c, false)) return;
+    if (shared_.groups.is_crossed) {
+      result.curvatures.middleCols(modes_.first_group() + modes_.group_begin(c),
+                                   modes_.group_count(c)) =
+          is_exact ? modes_.curvatures(c) : modes_.approximations(c);
+    }
     factor_.invert();
     const VectorXd z =
         spherical.segment(shared_.layout.begin(modes_.first_cluster() + c), modes_.size_of(c));
     for (Index k = 0; k < modes_.group_count(c); ++k) {
-      describe_group(place(c, k), by_beta, z, result);
+      describe_group(place(c, k), by_beta, z, result.terms);
     }
   }
 
@@ -209,12 +221,13 @@ class BlockPosteriors {
       const Index k = column(t, at);
       EffectUncertainty& of = result[t].uncertainty;
       const bool is_last = t + 1 == result.size();
-      const bool is_crossed = shared_.model.crossed() != nullptr;
-      if (is_crossed || is_last || at.in_cluster == 0) {
+      if (shared_.groups.is_crossed || is_last || at.in_cluster == 0) {
         result[t].effects.col(k) = effects.segment(row, q);
         of.covariances.col(k) = covariance.block(row, row, q, q).reshaped();
         of.sensitivities.col(k) = slope.middleRows(row, q).reshaped();
-        if (!is_crossed) of.cross_covariances.col(k) = covariance.block(row, 0, q, row).reshaped();
+        if (!shared_.groups.is_crossed) {
+          of.cross_covariances.col(k) = covariance.block(row, 0, q, row).reshaped();
+        }
       }
       row += q;
     }
@@ -247,45 +260,68 @@ std::vector<Index> blocks_of(const NonlinearModel& model) {
   return result;
 }
 
-/// \param known  (r x G) effects that are used as the solution, or null to search
-std::vector<EffectPosterior> run(const NonlinearModel& model,
-                                 const FittedModel& fit,
-                                 const EffectPriors& priors,
-                                 unsigned threads,
-                                 const MatrixXd* known,
-                                 const std::vector<Index>& blocks,
-                                 std::vector<double> typical = {}) {
+/// The sums of a model at a fit's estimates.
+class SumsAtFit {
+ public:
+  SumsAtFit(const NonlinearModel& model, const FittedModel& fit, std::vector<double> typical)
+      : variance_(model.specification().variance, data_of(model, fit, std::move(typical))),
+        sums_(make_group_sums(
+            model, variance_, density_of(fit.method), RandomPlaces(model).all, false)) {
+    sums_->set_point(point_of(model, variance_, fit));
+  }
+  const GroupSums& sums() const { return *sums_; }
+
+ private:
+  static VarianceData data_of(const NonlinearModel& model,
+                              const FittedModel& fit,
+                              std::vector<double> typical) {
+    const auto& correlation = fit.variance.correlation;
+    VarianceData data = VarianceData::of(model, correlation ? &*correlation : nullptr);
+    data.typical = std::move(typical);
+    return data;
+  }
+
+  VarianceModel variance_;
+  std::unique_ptr<GroupSums> sums_;
+};
+
+struct Search {
+  const ModelGroups& groups;
+  const DensitySums& sums;
+  const EffectPriors& priors;
+  std::vector<Index> blocks{};      ///< see describe_effects
+  const MatrixXd* known = nullptr;  ///< (r x cells) effects that are the solution; null to search
+  Index stored = 0;                 ///< see Setting
+  unsigned threads = 1;
+};
+
+EffectPosteriors run(const NonlinearModel& model, const FittedModel& fit, const Search& how) {
   const RandomPlaces places(model);
-  const EffectLayout layout(model);
-  const auto& correlation = fit.variance.correlation;
-  VarianceData data = VarianceData::of(model, correlation ? &*correlation : nullptr);
-  data.typical = std::move(typical);
-  const VarianceModel variance(model.specification().variance, std::move(data));
-  const std::unique_ptr<GroupSums> sums =
-      make_group_sums(model, variance, density_of(fit.method), places.all, false);
-  sums->set_point(point_of(model, variance, fit));
+  const EffectLayout layout(how.groups, EffectLayout(model).counts());
   std::vector<RandomDesign> designs;
-  for (const MatrixXd& root : priors.roots) designs.push_back(design_of(root, places));
+  for (const MatrixXd& root : how.priors.roots) designs.push_back(design_of(root, places));
   std::vector<const RandomDesign*> of_groups;
-  for (const Index of : priors.roots_of)
+  for (const Index of : how.priors.roots_of)
     of_groups.push_back(&designs[static_cast<std::size_t>(of)]);
-  MatrixXd offsets = MatrixXd::Zero(places.r(), model.group_count());
-  add_group_effects(model, places.rows, priors.means, offsets);
+  MatrixXd offsets = MatrixXd::Zero(places.r(), how.groups.cell_count());
+  add_group_effects(how.groups, places.rows, how.priors.means, offsets);
   const GroupPriors group_priors(std::move(of_groups), offsets);
-  const Setting shared{.model = model,
-                       .priors = priors,
+  const Setting shared{.groups = how.groups,
+                       .columns = model.column_count(),
+                       .priors = how.priors,
                        .places = places,
                        .layout = layout,
-                       .sums = *sums,
+                       .sums = how.sums,
                        .designs = group_priors,
+                       .stored = how.stored,
                        .is_linearized = fit.method == Method::kLindstromBates};
-  std::vector<EffectPosterior> result = empty_posteriors(model, places);
+  EffectPosteriors result = empty_posteriors(how.groups, model.column_count(), places);
   VectorXd spherical = VectorXd::Zero(layout.size());
-  MatrixXd effects = known != nullptr ? *known : MatrixXd(places.r(), model.group_count());
-  parallel_for(blocks.size() - 1, threads, [&](std::size_t b) {
-    GroupSums::Workspace workspace;
-    ClusterModes modes(model, layout, *sums, blocks[b], blocks[b + 1]);
-    if (known != nullptr) {
+  MatrixXd effects = how.known != nullptr ? *how.known : MatrixXd(places.r(), offsets.cols());
+  parallel_for(how.blocks.size() - 1, how.threads, [&](std::size_t b) {
+    DensitySums::Workspace workspace;
+    ClusterModes modes(layout, how.sums, how.blocks[b], how.blocks[b + 1]);
+    if (how.known != nullptr) {
       modes.take(effects, workspace);
     } else {
       modes.search_each(group_priors, spherical, effects, workspace);
@@ -297,45 +333,78 @@ std::vector<EffectPosterior> run(const NonlinearModel& model,
 
 }  // namespace
 
-EffectPriors priors_of_new_groups(const NonlinearModel& model, const FittedModel& fit) {
-  const Index size = EffectLayout(model).joint_count();
-  EffectPriors priors{.roots = {MatrixXd::Zero(size, size)},
-                      .means = RandomPlaces(model).no_effects(model)};
+EffectPriors priors_of_new_groups(const ModelGroups& groups, const FittedModel& fit) {
+  EffectPriors priors;
+  Index size = 0;
+  for (std::size_t t = 0; t < fit.random.size(); ++t) {
+    const Index q = fit.random[t].covariance.rows();
+    priors.means.emplace_back(MatrixXd::Zero(q, std::ssize(groups.labels[t])));
+    size += q;
+  }
+  MatrixXd& root = priors.roots.emplace_back(MatrixXd::Zero(size, size));
   Index row = 0;
   for (const EstimatedEffects& term : fit.random) {
     const Index q = term.covariance.rows();
-    priors.roots.front().block(row, row, q, q) = covariance_factor(term.covariance);
+    root.block(row, row, q, q) = covariance_factor(term.covariance);
     row += q;
   }
-  priors.roots_of.assign(static_cast<std::size_t>(model.group_count()), 0);
+  priors.roots_of.assign(static_cast<std::size_t>(groups.cell_count()), 0);
   return priors;
 }
 
-std::vector<EffectPosterior> find_effects(const NonlinearModel& model,
-                                          const FittedModel& fit,
-                                          const EffectPriors& priors,
-                                          unsigned threads) {
-  return run(model, fit, priors, threads, nullptr, blocks_of(model));
+EffectPosteriors find_effects(const NonlinearModel& model,
+                              const FittedModel& fit,
+                              const EffectPriors& priors,
+                              unsigned threads) {
+  const SumsAtFit at(model, fit, {});
+  return run(model,
+             fit,
+             {.groups = model.groups(),
+              .sums = at.sums(),
+              .priors = priors,
+              .blocks = blocks_of(model),
+              .threads = threads});
 }
 
-std::vector<EffectPosterior> describe_effects(const NonlinearModel& model, const FittedModel& fit) {
+EffectPosteriors find_crossed_effects(const NonlinearModel& model,
+                                      const FittedModel& fit,
+                                      const ModelGroups& groups,
+                                      const MatrixXd& stored,
+                                      const EffectPriors& priors) {
+  const SumsAtFit at(model, fit, {});
+  const RandomPlaces places(model);
+  MatrixXd centers = MatrixXd::Zero(places.r(), groups.cell_count());
+  add_group_effects(groups, places.rows, priors.means, centers);
+  const StoredCells sums(stored, centers.leftCols(stored.cols()), at.sums());
+  return run(model,
+             fit,
+             {.groups = groups,
+              .sums = sums,
+              .priors = priors,
+              .blocks = {0, 1},
+              .stored = stored.cols()});
+}
+
+EffectPosteriors describe_effects(const NonlinearModel& model, const FittedModel& fit) {
   return describe_effects(model, fit, blocks_of(model), {});
 }
 
-std::vector<EffectPosterior> describe_effects(const NonlinearModel& model,
-                                              const FittedModel& fit,
-                                              const std::vector<Index>& blocks,
-                                              std::vector<double> typical) {
+EffectPosteriors describe_effects(const NonlinearModel& model,
+                                  const FittedModel& fit,
+                                  const std::vector<Index>& blocks,
+                                  std::vector<double> typical) {
   const RandomPlaces places(model);
   MatrixXd effects = MatrixXd::Zero(places.r(), model.group_count());
-  add_group_effects(model, places.rows, effects_of(fit), effects);
+  add_group_effects(model.groups(), places.rows, effects_of(fit), effects);
+  const SumsAtFit at(model, fit, std::move(typical));
   return run(model,
              fit,
-             priors_of_new_groups(model, fit),
-             model.threads(),
-             &effects,
-             blocks,
-             std::move(typical));
+             {.groups = model.groups(),
+              .sums = at.sums(),
+              .priors = priors_of_new_groups(model.groups(), fit),
+              .blocks = blocks,
+              .known = &effects,
+              .threads = model.threads()});
 }
 
 }  // namespace silvafit::fit

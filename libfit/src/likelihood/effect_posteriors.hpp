@@ -31,26 +31,42 @@ struct EffectPosterior {
   EffectUncertainty uncertainty{};
 };
 
+struct EffectPosteriors {
+  std::vector<EffectPosterior> terms{};
+  /// (triangle x cells) as EffectCells has them; empty unless groups are crossed
+  MatrixXd curvatures{};
+};
+
 /// Finds the effects of each cluster, term by term: with held weights for lb, else the modes of the
 /// density. \param threads  over blocks; the result does not depend on it
-std::vector<EffectPosterior> find_effects(const NonlinearModel& model,
-                                          const FittedModel& fit,
-                                          const EffectPriors& priors,
-                                          unsigned threads);
+EffectPosteriors find_effects(const NonlinearModel& model,
+                              const FittedModel& fit,
+                              const EffectPriors& priors,
+                              unsigned threads);
+
+/// The same of crossed groups, some of which are known from data that the model does not have.
+/// \param groups  one cluster with the cells of the earlier data, then those of the model
+/// \param stored  (triangle x earlier cells) see EffectCells
+/// \param priors  of groups, whose means are known for those with earlier cells
+EffectPosteriors find_crossed_effects(const NonlinearModel& model,
+                                      const FittedModel& fit,
+                                      const ModelGroups& groups,
+                                      const MatrixXd& stored,
+                                      const EffectPriors& priors);
 
 /// The uncertainty of effects that are known already: those of a fit, by its own model.
-std::vector<EffectPosterior> describe_effects(const NonlinearModel& model, const FittedModel& fit);
+EffectPosteriors describe_effects(const NonlinearModel& model, const FittedModel& fit);
 
 /// The same of a model that has a part of the observations: the rounding of a group's sums depends
 /// on where its block begins.
 /// \param blocks   first cluster of each block, and the end of the last; other clusters are NaN
 /// \param typical  as VarianceData has it
-std::vector<EffectPosterior> describe_effects(const NonlinearModel& model,
-                                              const FittedModel& fit,
-                                              const std::vector<Index>& blocks,
-                                              std::vector<double> typical);
+EffectPosteriors describe_effects(const NonlinearModel& model,
+                                  const FittedModel& fit,
+                                  const std::vector<Index>& blocks,
+                                  std::vector<double> typical);
 
 /// Priors of groups that were not in the fit.
-EffectPriors priors_of_new_groups(const NonlinearModel& model, const FittedModel& fit);
+EffectPriors priors_of_new_groups(const ModelGroups& groups, const FittedModel& fit);
 
 }  // namespace silvafit::fit

@@ -64,7 +64,7 @@ MarginalBlock::MarginalBlock(const NonlinearModel& model,
       places_(places),
       rule_(rule),
       r_(sums.random_count()),
-      modes_(model, layout, sums, first, last),
+      modes_(layout, sums, first, last),
       determinants_(sums.has_approximation() ? static_cast<std::size_t>(last - first) : 0) {}
 
 MarginalValue MarginalBlock::value(const MarginalPoint& point,

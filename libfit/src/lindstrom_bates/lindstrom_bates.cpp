@@ -402,7 +402,7 @@ MatrixXd LindstromBates::own_effects(const LindstromBatesState& state) const {
   for (std::size_t t = 0; t < now.size(); ++t) {
     effects.push_back(own_values(random_[t], now[t] * state.spherical[t]));
   }
-  add_group_effects(model_, random_, effects, result);
+  add_group_effects(model_.groups(), random_, effects, result);
   return result;
 }
 

@@ -16,18 +16,18 @@ NonlinearModel NonlinearModel::subset(const std::vector<Index>& observations) co
   part.rows_.clear();
   part.lines_.clear();
   part.group_begin_.clear();
-  part.cluster_begin_.clear();
   for (Strata& strata : part.strata_) strata.of_rows.clear();
   Index group = 0;
   Index cluster = 0;
   Index last_group = -1;
   Index last_cluster = -1;
   std::vector<Index> cells;
+  std::vector<Index> first_cell;
   for (const Index i : observations) {
     while (i >= group_begin_[static_cast<std::size_t>(group) + 1]) ++group;
-    while (group >= cluster_begin_[static_cast<std::size_t>(cluster) + 1]) ++cluster;
+    while (group >= cluster_begin(cluster + 1)) ++cluster;
     if (cluster != last_cluster) {
-      part.cluster_begin_.push_back(std::ssize(cells));
+      first_cell.push_back(std::ssize(cells));
       last_cluster = cluster;
     }
     if (group != last_group) {
@@ -42,8 +42,8 @@ NonlinearModel NonlinearModel::subset(const std::vector<Index>& observations) co
     }
   }
   part.group_begin_.push_back(static_cast<Index>(part.rows_.size()));
-  part.cluster_begin_.push_back(std::ssize(cells));
-  part.take_groups(groups_->part(cells, part.cluster_begin_));
+  first_cell.push_back(std::ssize(cells));
+  part.take_groups(groups_->part(cells, std::move(first_cell)));
   part.response_ = response_(observations);
   part.columns_ = columns_(observations, Eigen::all);
   part.design_ = design_.part(observations);
@@ -95,8 +95,7 @@ NonlinearModel NonlinearModel::with_random_effects(std::vector<RandomEffects> te
   model.specification_.random = std::move(terms);
   if (!model.specification_.random.empty()) return model;
   model.group_begin_ = {0, observations()};
-  model.cluster_begin_ = {0, 1};
-  model.take_groups({});
+  model.take_groups({.first_cell = {0, 1}});
   model.compile();
   return model;
 }

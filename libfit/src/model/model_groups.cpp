@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <unordered_map>
+#include <utility>
 
 #include "model/group_labels.hpp"
 
@@ -103,7 +104,7 @@ CellRows cell_rows(const ModelSpecification& specification,
     const auto part = i == 0 ? keys.begin() : difference(result.rows[i - 1], row);
     if (i > 0 && part == keys.end()) continue;
     const bool begins_cluster = part == keys.begin();
-    if (begins_cluster) result.cluster_begin.push_back(std::ssize(result.cell_begin));
+    if (begins_cluster) groups.first_cell.push_back(std::ssize(result.cell_begin));
     result.cell_begin.push_back(static_cast<Index>(i));
     for (std::size_t t = 0; t < terms; ++t) {
       const Index count = std::ssize(groups.labels[t]);
@@ -116,14 +117,25 @@ CellRows cell_rows(const ModelSpecification& specification,
   for (std::size_t t = 0; t < terms; ++t) {
     groups.cluster_begin[t].push_back(std::ssize(groups.labels[t]));
   }
-  result.cluster_begin.push_back(std::ssize(result.cell_begin));
+  groups.first_cell.push_back(std::ssize(result.cell_begin));
   result.cell_begin.push_back(std::ssize(result.rows));
   return result;
 }
 
+ModelGroups ModelGroups::one_cluster(std::vector<std::vector<std::string>> labels,
+                                     std::vector<std::vector<Index>> of_cells) {
+  ModelGroups result{.is_crossed = true, .first_cell = {0, std::ssize(of_cells.front())}};
+  for (const std::vector<std::string>& of_term : labels) {
+    result.cluster_begin.push_back({0, std::ssize(of_term)});
+  }
+  result.labels = std::move(labels);
+  result.of_cells = std::move(of_cells);
+  return result;
+}
+
 ModelGroups ModelGroups::part(const std::vector<Index>& cells,
-                              const std::vector<Index>& cluster_cells) const {
-  ModelGroups result{.is_crossed = is_crossed};
+                              std::vector<Index> cluster_cells) const {
+  ModelGroups result{.is_crossed = is_crossed, .first_cell = std::move(cluster_cells)};
   for (std::size_t t = 0; t < labels.size(); ++t) {
     std::vector<Index> numbers(labels[t].size(), -1);
     std::vector<std::string>& kept = result.labels.emplace_back();
@@ -131,11 +143,12 @@ ModelGroups ModelGroups::part(const std::vector<Index>& cells,
     std::vector<Index>& begin = result.cluster_begin.emplace_back();
     std::size_t cluster = 0;
     for (std::size_t k = 0; k < cells.size(); ++k) {
-      for (; cluster < cluster_cells.size() && static_cast<Index>(k) == cluster_cells[cluster];
+      for (; cluster < result.first_cell.size() &&
+             static_cast<Index>(k) == result.first_cell[cluster];
            ++cluster) {
         begin.push_back(std::ssize(kept));
       }
-      const auto group = static_cast<std::size_t>(of_cells[t][static_cast<std::size_t>(cells[k])]);
+      const auto group = static_cast<std::size_t>(group_of(t, cells[k]));
       if (numbers[group] < 0) {
         numbers[group] = std::ssize(kept);
         kept.push_back(labels[t][group]);
@@ -148,10 +161,9 @@ ModelGroups ModelGroups::part(const std::vector<Index>& cells,
 }
 
 std::string ModelGroups::cell_label(Index cell) const {
-  const auto at = static_cast<std::size_t>(cell);
   std::vector<std::string_view> all(labels.size());
   for (std::size_t t = labels.size(); t-- > 0;) {
-    all[t] = labels[t][static_cast<std::size_t>(of_cells[t][at])];
+    all[t] = labels[t][static_cast<std::size_t>(group_of(t, cell))];
     if (labels[t].size() == of_cells[t].size()) return std::string(all[t]);
   }
   return all.empty() ? std::string() : nested_label(all);

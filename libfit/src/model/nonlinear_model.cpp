@@ -230,7 +230,6 @@ void NonlinearModel::choose_rows(const data::Table& table) {
   CellRows cells = cell_rows(specification_, table, complete);
   rows_ = std::move(cells.rows);
   group_begin_ = std::move(cells.cell_begin);
-  cluster_begin_ = std::move(cells.cluster_begin);
   take_groups(std::move(cells.groups));
   lines_.reserve(rows_.size());
   for (const std::size_t row : rows_) {
@@ -370,8 +369,14 @@ std::vector<std::string> NonlinearModel::random_kinks() const {
   return result;
 }
 
+Index NonlinearModel::cluster_count() const { return std::ssize(groups_->first_cell) - 1; }
+
+Index NonlinearModel::cluster_begin(Index cluster) const {
+  return groups_->first_cell[static_cast<std::size_t>(cluster)];
+}
+
 Index NonlinearModel::group_of(std::size_t term, Index group) const {
-  return groups_->of_cells[term][static_cast<std::size_t>(group)];
+  return groups_->group_of(term, group);
 }
 
 Index NonlinearModel::coefficient_index(std::string_view name) const {

@@ -20,6 +20,7 @@ FittedModel with_groups(const FittedModel& fit, const Calibration& calibration) 
     term.effects = found.effects(Eigen::all, known);
     term.uncertainty = {};
   }
+  result.cells = {};
   return result;
 }
 

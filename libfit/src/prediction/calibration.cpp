@@ -5,9 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <utility>
 
 #include "likelihood/effect_posteriors.hpp"
 #include "model/group_labels.hpp"
+#include "model/model_groups.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
@@ -20,11 +23,6 @@ void check(const FittedModel& fit, SeenGroups seen) {
   if (!fit.has_random_effects()) {
     throw UsageError("the fit has no random effects to calibrate");
   }
-  if (are_crossed(fit.specification.random)) {
-    throw UsageError(
-        "effects of new groups cannot be estimated with crossed random effects or more than two "
-        "levels of groups; choose `level` conditional for the groups of the fit, or population");
-  }
   const bool has_variances = fit.random.back().covariance.allFinite() && std::isfinite(fit.sigma);
   if (fit.estimate.allFinite() && fit.convergence.converged() && !has_variances) {
     throw UsageError(
@@ -34,7 +32,10 @@ void check(const FittedModel& fit, SeenGroups seen) {
   if (!fit.estimate.allFinite() || !has_variances) {
     throw UsageError("the fit has not converged, so it cannot be calibrated");
   }
-  if (seen == SeenGroups::kCombined && !fit.random.back().uncertainty.is_known()) {
+  const bool needs_uncertainty =
+      seen == SeenGroups::kCombined ||
+      (seen == SeenGroups::kFitted && are_crossed(fit.specification.random));
+  if (needs_uncertainty && !fit.knows_uncertainty()) {
     throw UsageError(
         "the fit does not store the covariances of its random effects, which are needed to combine "
         "old and new trees; an older version of silvafit wrote it; fit the model again");
@@ -67,7 +68,10 @@ class GroupNumbers {
   CalibratedEffects& term_;
 };
 
-void number_groups(const FittedModel& fit, const data::Table& table, Calibration& result) {
+void number_groups(const FittedModel& fit,
+                   const data::Table& table,
+                   SeenGroups seen,
+                   Calibration& result) {
   const GroupLabels labels(fit.specification, table);
   result.random.resize(fit.random.size());
   for (CalibratedEffects& term : result.random) term.group_of_row.assign(table.rows(), -1);
@@ -76,14 +80,20 @@ void number_groups(const FittedModel& fit, const data::Table& table, Calibration
   for (std::size_t t = 0; t < fit.random.size(); ++t) {
     numbers.emplace_back(fit.random[t].labels, result.random[t]);
   }
+  const bool is_crossed = are_crossed(fit.specification.random);
   for (std::size_t row = 0; row < table.rows(); ++row) {
     Index group = -1;
     for (std::size_t t = 0; t < numbers.size(); ++t) {
-      group = numbers[t].add(labels.of(t, row), group);
+      group = numbers[t].add(labels.of(t, row), is_crossed ? -1 : group);
       result.random[t].group_of_row[row] = group;
     }
   }
-  result.measured.assign(result.random.back().labels.size(), 0);
+  for (std::size_t t = 0; t < numbers.size(); ++t) {
+    if (is_crossed && seen != SeenGroups::kNew) {
+      for (const std::string& label : fit.random[t].labels) numbers[t].add(label, -1);
+    }
+    result.random[t].measured.assign(result.random[t].labels.size(), 0);
+  }
 }
 
 /// (N) whether the variance function knows a row's stratum.
@@ -97,7 +107,17 @@ std::vector<bool> has_known_strata(const FittedModel& fit, const data::Table& ta
   return result;
 }
 
-/// Marks the rows to calibrate from: those with a response, all predictors and a group.
+/// The groups of a row in all terms; empty if one is missing.
+std::vector<std::size_t> groups_of(const Calibration& calibration, std::size_t row) {
+  std::vector<std::size_t> result;
+  for (const CalibratedEffects& term : calibration.random) {
+    if (term.group_of_row[row] < 0) return {};
+    result.push_back(static_cast<std::size_t>(term.group_of_row[row]));
+  }
+  return result;
+}
+
+/// Marks the rows to calibrate from: those with a response, all predictors and groups.
 void choose_rows(const FittedModel& fit,
                  const data::Table& table,
                  SeenGroups seen,
@@ -110,17 +130,18 @@ void choose_rows(const FittedModel& fit,
     columns.push_back(data::variable_values(name, table));
   }
   const auto responses = table.numbers(response);
-  const CalibratedEffects& term = result.random.back();
   for (std::size_t row = 0; row < table.rows(); ++row) {
-    const Index group = term.group_of_row[row];
-    if (group < 0 || !known[row] || !std::isfinite(responses[row])) continue;
+    const std::vector<std::size_t> groups = groups_of(result, row);
+    if (groups.empty() || !known[row] || !std::isfinite(responses[row])) continue;
     const auto is_there = [row](const auto& column) { return std::isfinite(column[row]); };
     if (!std::ranges::all_of(columns, is_there)) continue;
-    if (seen == SeenGroups::kFitted && term.fitted_group[static_cast<std::size_t>(group)] >= 0) {
-      continue;
+    bool are_fitted = true;
+    for (std::size_t t = 0; t < groups.size(); ++t) {
+      are_fitted = are_fitted && result.random[t].fitted_group[groups[t]] >= 0;
     }
+    if (seen == SeenGroups::kFitted && are_fitted) continue;
     result.is_used[row] = true;
-    ++result.measured[static_cast<std::size_t>(group)];
+    for (std::size_t t = 0; t < groups.size(); ++t) ++result.random[t].measured[groups[t]];
   }
 }
 
@@ -128,7 +149,12 @@ void choose_rows(const FittedModel& fit,
 class Calibrator {
  public:
   Calibrator(const FittedModel& fit, SeenGroups seen, Calibration& result)
-      : fit_(fit), seen_(seen), terms_(result.random), p_(fit.estimate.size()) {
+      : fit_(fit),
+        seen_(seen),
+        terms_(result.random),
+        cells_(result.cells),
+        is_crossed_(are_crossed(fit.specification.random)),
+        p_(fit.estimate.size()) {
     for (const EstimatedEffects& term : fit.random) {
       roots_.push_back(covariance_factor(term.covariance));
     }
@@ -144,16 +170,21 @@ class Calibrator {
                                .sensitivities = MatrixXd::Zero(q(t) * p_, groups),
                                .cross_covariances = MatrixXd::Zero(q(t) * before, groups)};
       for (Index k = 0; k < groups; ++k) set_prior(t, k);
-      before += q(t);
+      if (!is_crossed_) before += q(t);
     }
+    if (is_crossed_) set_cells();
   }
 
   /// The posteriors given the trees.
   void update(const NonlinearModel& model, unsigned threads) {
     number_groups(model);
-    EffectPriors priors = priors_of_new_groups(model, fit_);
+    if (is_crossed_) {
+      update_crossed(model);
+      return;
+    }
+    EffectPriors priors = priors_of_new_groups(model.groups(), fit_);
     if (seen_ != SeenGroups::kNew) fill_priors(model, priors);
-    take_over(find_effects(model, fit_, priors, threads));
+    take_over(find_effects(model, fit_, priors, threads).terms);
   }
 
  private:
@@ -187,6 +218,57 @@ class Calibrator {
     if (from.cross_covariances.size() > 0) {
       to.cross_covariances.col(at) = from.cross_covariances.col(k);
     }
+  }
+
+  /// The cells of the fit, if its groups count.
+  void set_cells() {
+    cells_.groups.resize(terms_.size());
+    if (seen_ == SeenGroups::kNew) {
+      cells_.curvatures.resize(triangle_size(), 0);
+      return;
+    }
+    cells_.curvatures = fit_.cells.curvatures;
+    for (std::size_t t = 0; t < terms_.size(); ++t) {
+      const LabelNumbers numbers = numbered(terms_[t].labels);
+      for (const Index group : fit_.cells.groups[t]) {
+        const std::string& label = fit_.random[t].labels[static_cast<std::size_t>(group)];
+        cells_.groups[t].push_back(numbers.at(label));
+      }
+    }
+  }
+
+  Index triangle_size() const {
+    std::set<std::string> names;
+    for (const EstimatedEffects& term : fit_.random) {
+      names.insert(term.names.begin(), term.names.end());
+    }
+    return std::ssize(names) * (std::ssize(names) + 1) / 2;
+  }
+
+  /// The effects of all groups together.
+  void update_crossed(const NonlinearModel& model) {
+    std::vector<std::vector<std::string>> labels;
+    for (std::size_t t = 0; t < terms_.size(); ++t) {
+      labels.push_back(terms_[t].labels);
+      for (Index cell = 0; cell < model.group_count(); ++cell) {
+        const auto group = static_cast<std::size_t>(model.group_of(t, cell));
+        cells_.groups[t].push_back(numbers_[t][group]);
+      }
+    }
+    const ModelGroups groups = ModelGroups::one_cluster(std::move(labels), cells_.groups);
+    EffectPriors priors = priors_of_new_groups(groups, fit_);
+    for (std::size_t t = 0; t < terms_.size(); ++t) {
+      priors.means[t] = terms_[t].effects;
+      priors.slopes.push_back(terms_[t].uncertainty.sensitivities);
+    }
+    EffectPosteriors found = find_crossed_effects(model, fit_, groups, cells_.curvatures, priors);
+    for (std::size_t t = 0; t < terms_.size(); ++t) {
+      for (const Index group : cells_.groups[t]) {  // others have no trees
+        terms_[t].effects.col(group) = found.terms[t].effects.col(group);
+        copy(found.terms[t].uncertainty, group, terms_[t].uncertainty, group);
+      }
+    }
+    cells_.curvatures = std::move(found.curvatures);
   }
 
   /// The numbers of the model's groups among those of the table.
@@ -312,6 +394,8 @@ class Calibrator {
   const FittedModel& fit_;
   SeenGroups seen_;
   std::vector<CalibratedEffects>& terms_;
+  EffectCells& cells_;
+  bool is_crossed_;
   Index p_;
   std::vector<MatrixXd> roots_;              ///< (q x q) of Psi of each term
   std::vector<std::vector<Index>> numbers_;  ///< of the model's groups among those of the table
@@ -324,7 +408,7 @@ Calibration calibrate(const FittedModel& fit,
                       const CalibrationOptions& options) {
   check(fit, options.seen_groups);
   Calibration result;
-  number_groups(fit, table, result);
+  number_groups(fit, table, options.seen_groups, result);
   choose_rows(fit, table, options.seen_groups, result);
   Calibrator calibrator(fit, options.seen_groups, result);
   calibrator.set_priors();

@@ -320,7 +320,7 @@ TEST_CASE("in a linear model calibration is the best linear unbiased prediction"
               .uncertainty.cross_covariance(plot, 2, 1)
               .isApprox(covariance.block(k, 0, 2, 1), kRounding));
   }
-  CHECK(calibration.measured == std::vector<Index>{1, 2, 4});
+  CHECK(calibration.random.back().measured == std::vector<Index>{1, 2, 4});
   if (!is_nested) return;
   CHECK(calibration.random.front().effects(0, 0) == Approx(blup[0]).epsilon(kRounding));
   CHECK(calibration.random.front().uncertainty.covariances(0, 0) ==
@@ -465,7 +465,7 @@ TEST_CASE("by default a known group keeps the fit's random effects, and a new on
           std::vector<std::string>{"S0/P1", "S0/P2", "S0/P4", "S1/P1", "S1/P2", "S1/P4"});
   CHECK(calibration.random.back().fitted_group == std::vector<Index>{0, 1, -1, -1, -1, -1});
   CHECK(calibration.random.front().fitted_group == std::vector<Index>{0, -1});
-  CHECK(calibration.measured == std::vector<Index>{0, 0, 4, 1, 2, 4});
+  CHECK(calibration.random.back().measured == std::vector<Index>{0, 0, 4, 1, 2, 4});
   CHECK_FALSE(calibration.is_used[0]);
   CHECK(calibration.is_used[3]);
   // Of the first stand, three trees were fitted to and four are new: together all of its trees.
@@ -482,7 +482,7 @@ TEST_CASE("a group without measured trees has the prior of any group") {
   y[1] = y[2] = kNaN;
   table.set("y", y);
   const Calibration calibration = calibrate(fit, table);
-  CHECK(calibration.measured == std::vector<Index>{1, 0, 4});
+  CHECK(calibration.random.back().measured == std::vector<Index>{1, 0, 4});
   CHECK(calibration.random.back().effects.col(1).isZero(0.0));
   CHECK(calibration.random.back().uncertainty.covariance(1, 2) == fit.random.back().covariance);
   CHECK(calibration.random.back().uncertainty.sensitivities.col(1).isZero(0.0));

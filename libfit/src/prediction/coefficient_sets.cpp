@@ -8,8 +8,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "model/group_labels.hpp"
+#include "prediction/crossed_posterior.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
@@ -59,36 +61,51 @@ class SetBuilder {
     const Index p = fit.estimate.size();
     result.coefficients = fit.estimate.replicate(1, sets);
     if (with_covariances) result.covariances = fixed_.reshaped().replicate(1, sets);
-    result.known.assign(static_cast<std::size_t>(sets), 0);
+    result.known.assign(static_cast<std::size_t>(sets), std::vector<bool>(fit.random.size()));
     result.is_marginal.assign(static_cast<std::size_t>(sets), false);
     identity_ = MatrixXd::Identity(p, p);
   }
 
   /// A set with the effects of groups.
-  /// \param groups  of the last estimated term and those that it is in, in this order
-  void set(Index set, const std::vector<KnownEffects>& groups) {
-    result_.known[static_cast<std::size_t>(set)] = groups.front().term + 1;
+  /// \param groups   of the last estimated term and of those before it, in this order
+  /// \param between  (Q x Q) covariances between the terms of crossed groups, or null
+  void set(Index set, const std::vector<KnownEffects>& groups, const MatrixXd* between) {
     const Index p = fit_.estimate.size();
     MatrixXd follow = identity_;
     MatrixXd covariance = MatrixXd::Zero(p, p);
     for (const KnownEffects& of : groups) {
       const MatrixXd& place = places_[of.term];
+      result_.known[static_cast<std::size_t>(set)][of.term] = true;
       result_.coefficients.col(set) += place * of.effects.col(of.group);
       if (!with_covariances_) continue;
       const Index q = of.effects.rows();
       follow += place * of.uncertainty.sensitivity(of.group, q, p);
       covariance += place * of.uncertainty.covariance(of.group, q) * place.transpose();
-      if (of.term == 0 || groups.size() < 2) continue;
+      if (of.term == 0 || groups.size() < 2 || between != nullptr) continue;
       const MatrixXd& before = places_[of.term - 1];
       const MatrixXd cross =
           place * of.uncertainty.cross_covariance(of.group, q, before.cols()) * before.transpose();
       covariance += cross + cross.transpose();
     }
     if (!with_covariances_) return;
+    if (between != nullptr) {
+      const MatrixXd places = joined_columns();
+      covariance += places * *between * places.transpose();
+    }
     result_.covariances.col(set) = (follow * fixed_ * follow.transpose() + covariance).reshaped();
   }
 
  private:
+  /// (p x Q)
+  MatrixXd joined_columns() const {
+    MatrixXd result(fit_.estimate.size(), 0);
+    for (const MatrixXd& place : places_) {
+      result.conservativeResize(Eigen::NoChange, result.cols() + place.cols());
+      result.rightCols(place.cols()) = place;
+    }
+    return result;
+  }
+
   const FittedModel& fit_;
   bool with_covariances_;
   CoefficientSets& result_;
@@ -98,7 +115,7 @@ class SetBuilder {
 };
 
 void require_uncertainty(const FittedModel& fit) {
-  if (fit.random.back().uncertainty.is_known()) return;
+  if (fit.knows_uncertainty()) return;
   throw UsageError(
       "the fit does not store the covariances of its random effects, which conditional intervals "
       "need; an older version of silvafit wrote it; fit the model again");
@@ -124,6 +141,15 @@ class KnownGroups {
     }
     return result;
   }
+  /// Of crossed terms: see CrossedPosterior.
+  virtual std::vector<MatrixXd> between_terms(const std::vector<std::vector<Index>>& sets) const {
+    std::vector<std::vector<std::string>> labels;
+    for (const EstimatedEffects& term : fit_.random) labels.push_back(term.labels);
+    return CrossedPosterior(fit_, fit_.cells, std::move(labels)).between_terms(sets);
+  }
+
+ protected:
+  const FittedModel& fit() const { return fit_; }
 
  private:
   const FittedModel& fit_;
@@ -154,66 +180,89 @@ class FittedGroups : public KnownGroups {
 class CalibratedGroups : public KnownGroups {
  public:
   CalibratedGroups(const FittedModel& fit, const Calibration& calibration, SeenGroups seen)
-      : KnownGroups(fit), calibration_(calibration), terms_(calibration.random), seen_(seen) {
-    for (std::size_t t = 0; t < terms_.size(); ++t) {
-      for (const Index fitted : terms_[t].fitted_group) {
-        is_known_[t].push_back(seen != SeenGroups::kNew && fitted >= 0);
-      }
-    }
-    const CalibratedEffects& last = terms_.back();
-    for (std::size_t g = 0; g < last.labels.size(); ++g) {
-      if (calibration.measured[g] == 0) continue;
-      is_known_.back()[g] = true;
-      const Index before = last.coarser_group[g];
-      if (before >= 0) is_known_[terms_.size() - 2][static_cast<std::size_t>(before)] = true;
-    }
-  }
+      : KnownGroups(fit), calibration_(calibration), terms_(calibration.random), seen_(seen) {}
 
   void of_row(std::size_t row, std::vector<Index>& groups) const override {
-    groups.assign(terms_.size(), -1);
-    std::size_t t = terms_.size();
-    Index group = -1;
-    while (group < 0 && t-- > 0) {
-      const Index own = terms_[t].group_of_row[row];
-      if (own >= 0 && is_known_[t][static_cast<std::size_t>(own)]) group = own;
-    }
-    for (; group >= 0; --t) {
-      groups[t] = group;
-      group = terms_[t].coarser_group[static_cast<std::size_t>(group)];
+    groups.clear();
+    for (const CalibratedEffects& term : terms_) {
+      const Index own = term.group_of_row[row];
+      const bool is_known = own >= 0 && (counts_fitted(term, own) || measured(term, own) > 0);
+      groups.push_back(is_known ? own : -1);
     }
   }
 
   std::vector<KnownEffects> effects(const std::vector<Index>& groups) const override {
-    // A known group without further trees keeps the fit's effects of all terms.
-    const bool is_kept = groups.back() >= 0 && keeps_fitted(groups.back());
-    std::vector<Index> fitted;
+    if (keeps_fitted(groups)) return KnownGroups::effects(fitted(groups));
     std::vector<KnownEffects> result;
     for (std::size_t t = groups.size(); t-- > 0;) {
       const CalibratedEffects& of = terms_[t];
       if (groups[t] >= 0) result.push_back({t, of.effects, of.uncertainty, groups[t]});
-      fitted.insert(fitted.begin(),
-                    groups[t] < 0 ? -1 : of.fitted_group[static_cast<std::size_t>(groups[t])]);
     }
-    return is_kept ? KnownGroups::effects(fitted) : result;
+    return result;
+  }
+
+  std::vector<MatrixXd> between_terms(const std::vector<std::vector<Index>>& sets) const override {
+    // Those of the fit, and those with the trees of the table.
+    std::vector<std::vector<Index>> kept;
+    std::vector<std::vector<Index>> updated;
+    for (const std::vector<Index>& groups : sets) {
+      if (keeps_fitted(groups)) {
+        kept.push_back(fitted(groups));
+      } else {
+        updated.push_back(groups);
+      }
+    }
+    std::vector<MatrixXd> of_kept;
+    if (!kept.empty()) of_kept = KnownGroups::between_terms(kept);
+    std::vector<std::vector<std::string>> labels;
+    for (const CalibratedEffects& term : terms_) labels.push_back(term.labels);
+    std::vector<MatrixXd> result =
+        CrossedPosterior(fit(), calibration_.cells, std::move(labels)).between_terms(updated);
+    std::size_t number = 0;
+    for (std::size_t k = 0; k < sets.size(); ++k) {
+      if (keeps_fitted(sets[k])) {
+        result.insert(result.begin() + static_cast<std::ptrdiff_t>(k), of_kept[number++]);
+      }
+    }
+    return result;
   }
 
   /// As Prediction::calibrated_from.
-  Index measured(Index group) const {
-    if (group < 0) return 0;
-    return keeps_fitted(group) ? -1 : calibration_.measured[static_cast<std::size_t>(group)];
+  Index calibrated_from(const std::vector<Index>& groups) const {
+    if (keeps_fitted(groups)) return -1;
+    if (std::ranges::count(groups, -1) > 0) return 0;
+    std::vector<Index> of_new;
+    std::vector<Index> of_all;
+    for (std::size_t t = 0; t < groups.size(); ++t) {
+      of_all.push_back(measured(terms_[t], groups[t]));
+      if (!counts_fitted(terms_[t], groups[t])) of_new.push_back(of_all.back());
+    }
+    return std::ranges::min(of_new.empty() ? of_all : of_new);
   }
 
  private:
-  /// Whether a group keeps the effects of the fit, without those of its further trees.
-  bool keeps_fitted(Index group) const {
-    return seen_ == SeenGroups::kFitted &&
-           terms_.back().fitted_group[static_cast<std::size_t>(group)] >= 0;
+  static Index measured(const CalibratedEffects& term, Index group) {
+    return term.measured[static_cast<std::size_t>(group)];
+  }
+  bool counts_fitted(const CalibratedEffects& term, Index group) const {
+    return seen_ != SeenGroups::kNew && term.fitted_group[static_cast<std::size_t>(group)] >= 0;
+  }
+  std::vector<Index> fitted(const std::vector<Index>& groups) const {
+    std::vector<Index> result;
+    for (std::size_t t = 0; t < groups.size(); ++t) {
+      result.push_back(terms_[t].fitted_group[static_cast<std::size_t>(groups[t])]);
+    }
+    return result;
+  }
+  /// Whether groups keep the effects of the fit in all terms, without those of further trees.
+  bool keeps_fitted(const std::vector<Index>& groups) const {
+    return seen_ == SeenGroups::kFitted && std::ranges::count(groups, -1) == 0 &&
+           std::ranges::count(fitted(groups), -1) == 0;
   }
 
   const Calibration& calibration_;
   const std::vector<CalibratedEffects>& terms_;
   SeenGroups seen_;
-  std::vector<std::vector<bool>> is_known_{terms_.size()};  ///< by group of each term
 };
 
 /// The first crossed term, or the last of nested ones, in which the group is unknown; none if the
@@ -249,9 +298,14 @@ std::vector<std::vector<Index>> add_sets(const FittedModel& fit,
     result.set_of_row[row] = set;
   }
   SetBuilder builder(fit, std::ssize(groups_of_set), with_covariances, result);
+  std::vector<MatrixXd> between;
+  if (with_covariances && are_crossed(fit.specification.random)) {
+    between = known.between_terms(groups_of_set);
+  }
   for (std::size_t k = 0; k < groups_of_set.size(); ++k) {
     const std::vector<KnownEffects> effects = known.effects(groups_of_set[k]);
-    if (!effects.empty()) builder.set(static_cast<Index>(k), effects);
+    if (effects.empty()) continue;
+    builder.set(static_cast<Index>(k), effects, between.empty() ? nullptr : &between[k]);
   }
   return groups_of_set;
 }
@@ -269,12 +323,6 @@ void mark_new(const FittedModel& fit,
     const std::vector<Index>& groups = groups_of_set[set];
     const std::optional<std::size_t> term = unknown_term(fit, groups);
     if (!term) continue;
-    if (choice == NewGroups::kMarginal && are_crossed(fit.specification.random) &&
-        std::ranges::count(groups, -1) < std::ssize(groups)) {
-      throw UsageError(
-          "the mean over new groups is not available where the fit has groups of other crossed "
-          "terms; choose `new_groups` population, missing or error");
-    }
     if (choice == NewGroups::kError) {
       const std::string& column = fit.specification.random[*term].group;
       refuse_group(table, row, column, labels.of(*term, row), is_calibrated);
@@ -292,11 +340,6 @@ void add_groups(const FittedModel& fit,
                 const PredictionOptions& options,
                 bool with_covariances,
                 CoefficientSets& result) {
-  if (with_covariances && !is_calibrated && are_crossed(fit.specification.random)) {
-    throw UsageError(
-        "standard errors and intervals of predictions with crossed random effects, or with more "
-        "than two levels of groups, are available with `level` population only");
-  }
   const bool uses_fit = !is_calibrated || options.seen_groups != SeenGroups::kNew;
   if (with_covariances && uses_fit) require_uncertainty(fit);
   const GroupLabels labels(fit.specification, table);
@@ -308,7 +351,7 @@ void add_groups(const FittedModel& fit,
     groups_of_set = add_sets(fit, known, table.rows(), with_covariances, result);
     for (const Index set : result.set_of_row) {
       result.calibrated_from.push_back(
-          known.measured(groups_of_set[static_cast<std::size_t>(set)].back()));
+          known.calibrated_from(groups_of_set[static_cast<std::size_t>(set)]));
     }
   } else {
     const FittedGroups known(fit, labels);
@@ -326,10 +369,11 @@ MatrixXd among_coefficients(const FittedModel& fit,
   return places * covariance * places.transpose();
 }
 
-MatrixXd open_covariance(const FittedModel& fit, std::size_t known) {
+MatrixXd open_covariance(const FittedModel& fit, const std::vector<bool>& known) {
   const Index p = fit.estimate.size();
   MatrixXd result = MatrixXd::Zero(p, p);
-  for (std::size_t t = fit.random.size(); t-- > known;) {
+  for (std::size_t t = fit.random.size(); t-- > 0;) {
+    if (known[t]) continue;
     result += among_coefficients(fit, fit.random[t].names, fit.random[t].covariance);
   }
   return result;

@@ -13,10 +13,9 @@ namespace silvafit::fit {
 /// set has two parts: the error of the estimates, and the random effects that were not estimated,
 /// which are open.
 struct CoefficientSets {
-  MatrixXd coefficients{};  ///< (p x M)
-  MatrixXd covariances{};   ///< (p p x M) of the error of estimates, by columns
-  /// (M) number of terms, from the first on, whose effects are estimated.
-  std::vector<std::size_t> known{};
+  MatrixXd coefficients{};                 ///< (p x M)
+  MatrixXd covariances{};                  ///< (p p x M) of the error of estimates, by columns
+  std::vector<std::vector<bool>> known{};  ///< (M) whether the effects of each term are estimated
   std::vector<bool> is_marginal{};  ///< (M) whether the value is the mean over the open effects
 
   std::vector<Index> set_of_row{};       ///< (N)
@@ -38,7 +37,7 @@ CoefficientSets coefficient_sets(const FittedModel& fit,
 MatrixXd among_coefficients(const FittedModel& fit,
                             const std::vector<std::string>& names,
                             const MatrixXd& covariance);
-/// (p x p) covariance of the effects of the terms after the first `known` ones.
-MatrixXd open_covariance(const FittedModel& fit, std::size_t known);
+/// (p x p) covariance of the effects of the terms that are not known.
+MatrixXd open_covariance(const FittedModel& fit, const std::vector<bool>& known);
 
 }  // namespace silvafit::fit

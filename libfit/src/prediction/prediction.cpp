@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -97,7 +98,8 @@ MatrixXd take_marginal(const FittedModel& fit,
                        bool with_gradient,
                        Prediction& result) {
   MatrixXd gradients;
-  for (std::size_t known = 0; known < fit.random.size(); ++known) {
+  for (const std::vector<bool>& known :
+       std::set<std::vector<bool>>(sets.known.begin(), sets.known.end())) {
     std::vector<std::size_t> rows;
     std::vector<Index> set_of_row;
     for (std::size_t row = 0; row < table.rows(); ++row) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <boost/math/distributions/normal.hpp>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -84,8 +85,8 @@ class Chunk {
     const std::vector<std::string> names = all_.fit.specification.predictors();
     return std::ranges::find(names, column) != names.end();
   }
-  /// Number of terms whose effects are estimated for a row.
-  std::size_t known_terms(Index row) const {
+  /// Whether the effects of each term are estimated for a row.
+  const std::vector<bool>& known_terms(Index row) const {
     return all_.sets.known[static_cast<std::size_t>(set_of_row_[static_cast<std::size_t>(row)])];
   }
   bool is_marginal(Index row) const {
@@ -169,6 +170,16 @@ class Chunk {
     return sum;
   }
 
+  /// The variances of terms whose effects are estimated, or are not; zero of the others.
+  static SmallVector part_of(SmallVector effects,
+                             const std::vector<bool>& known,
+                             bool are_estimated) {
+    for (std::size_t t = 0; t < known.size(); ++t) {
+      if (known[t] != are_estimated) effects[static_cast<Index>(t)] = 0.0;
+    }
+    return effects;
+  }
+
   /// \param known    (N) variances of the error of estimates
   /// \param effects  (N x terms) of the mean over the random effects
   void store_errors(const VectorXd& known, const MatrixXd& effects) {
@@ -176,14 +187,13 @@ class Chunk {
     VectorXd slope;
     for (Index row = 0; row < rows_; ++row) {
       set_coefficient_slope(row, slope);
-      const Index open = effects.cols() - static_cast<Index>(known_terms(row));
-      const auto of_open = effects.row(row).tail(open);
+      const SmallVector of_open = part_of(effects.row(row), known_terms(row), false);
       const double of_residual = residual_sd_[row] * residual_sd_[row];
       const double more = uncertain_variance(row, true) - uncertain_variance(row, false);
       VarianceParts parts =
           known_parts(row, slope, known[row] - uncertain_variance(row, false), effects.row(row));
       if (is_prediction) {
-        parts.of_terms.tail(open) += of_open.transpose();
+        parts.of_terms += of_open;
         parts.total += of_open.sum() + of_residual;
       }
       const Index at = begin_ + row;
@@ -216,15 +226,15 @@ class Chunk {
                             const SmallVector& effects) const {
     VarianceParts parts{.total = known, .of_terms = SmallVector::Zero(effects.size())};
     if (!all_.fit.has_random_effects()) return parts;
-    const auto estimated = static_cast<Index>(known_terms(row));
-    if (estimated == 0) {
+    if (std::ranges::count(known_terms(row), true) == 0) {
       if (!is_marginal(row)) return all_.freedom.of_fixed(slope, known);
       return all_.freedom.of_fixed(VectorXd(all_.marginal_gradients.row(begin_ + row)), known);
     }
-    const double whole = effects.head(estimated).sum();
+    const SmallVector estimated = part_of(effects, known_terms(row), true);
+    const double whole = estimated.sum();
     if (!(whole > 0.0)) return parts;
     const double part = known * std::min(1.0, known / whole);
-    parts.of_terms.head(estimated) = part / whole * effects.head(estimated);
+    parts.of_terms = part / whole * estimated;
     return parts;
   }
 
@@ -289,9 +299,7 @@ class Chunk {
 
   /// Limits by quadrature over the errors of the arguments.
   void prediction() {
-    std::vector<MatrixXd> open;  // by the number of terms whose effects are estimated
-    for (std::size_t k = 0; k <= all_.fit.random.size(); ++k)
-      open.push_back(open_covariance(all_.fit, k));
+    std::map<std::vector<bool>, MatrixXd> open;  // by the terms whose effects are estimated
     std::vector<std::size_t> known;
     std::vector<MatrixXd> roots;
     MatrixXd covariance;
@@ -312,7 +320,9 @@ class Chunk {
       // Many consecutive rows are of the same group, or of the population.
       const Index set = set_of_row_[static_cast<std::size_t>(row)];
       if (set != last_set) {
-        covariance = known_covariance(row) + open[known_terms(row)];
+        const auto [place, is_new] = open.try_emplace(known_terms(row));
+        if (is_new) place->second = open_covariance(all_.fit, known_terms(row));
+        covariance = known_covariance(row) + place->second;
         last_set = set;
       }
       const MatrixXd of = spread(row, covariance, true);

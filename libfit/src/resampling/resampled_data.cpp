@@ -61,7 +61,7 @@ Resampled ParametricDraw::draw(Random& random) const {
       result.start.random[t].effects = effects.back();
     }
     coefficients = fit_.estimate.replicate(1, model_.group_count());
-    add_group_effects(model_, model_.random_coefficients(), effects, coefficients);
+    add_group_effects(model_.groups(), model_.random_coefficients(), effects, coefficients);
   }
   const VectorXd mean = model_.mean_at(coefficients);
   const VectorXd deviation = fit_.residual_sd(mean, table_);

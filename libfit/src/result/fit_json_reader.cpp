@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <set>
 
 #include "correlation/correlation_structure.hpp"
 #include "model/group_labels.hpp"
@@ -195,7 +196,39 @@ std::vector<JsonReader> terms_of(const JsonReader& json, Schema schema) {
   return terms;
 }
 
-void read_random(const JsonReader& json, Schema schema, FittedModel& fit) {
+/// Those of crossed groups.
+EffectCells read_cells(const JsonReader& json, const FittedModel& fit) {
+  EffectCells result;
+  const std::vector<JsonReader> groups = json.at("groups").items();
+  const std::vector<JsonReader> curvatures = json.at("curvature").items();
+  if (groups.size() != fit.random.size()) json.at("groups").fail("must have a list for each term");
+  std::set<std::string> coefficients;
+  for (std::size_t t = 0; t < groups.size(); ++t) {
+    coefficients.insert(fit.random[t].names.begin(), fit.random[t].names.end());
+    const LabelNumbers numbers = numbered(fit.random[t].labels);
+    std::vector<Index>& of_term = result.groups.emplace_back();
+    for (const JsonReader& label : groups[t].items()) {
+      const auto number = numbers.find(label.text());
+      if (number == numbers.end()) label.fail("has no EBLUP");
+      of_term.push_back(number->second);
+    }
+    if (of_term.size() != curvatures.size()) {
+      groups[t].fail(fmt::format("must have {} labels, one for each cell", curvatures.size()));
+    }
+  }
+  const Index r = std::ssize(coefficients);
+  result.curvatures.resize(r * (r + 1) / 2, std::ssize(curvatures));
+  for (std::size_t k = 0; k < curvatures.size(); ++k) {
+    result.curvatures.col(static_cast<Index>(k)) = curvatures[k].vector(result.curvatures.rows());
+  }
+  return result;
+}
+
+/// \param cells  of crossed groups; none in older files
+void read_random(const JsonReader& json,
+                 const std::optional<JsonReader>& cells,
+                 Schema schema,
+                 FittedModel& fit) {
   const std::vector<JsonReader> terms = terms_of(json, schema);
   Index effects = 0;
   Index coarser = 0;
@@ -216,6 +249,7 @@ void read_random(const JsonReader& json, Schema schema, FittedModel& fit) {
     if (!std::ranges::all_of(random, &RandomEffects::is_crossed)) {
       json.fail("must have the key 'within' in all terms or in none");
     }
+    if (cells) fit.cells = read_cells(*cells, fit);
   } else if (random.size() > 2) {
     json.fail("has more than two terms, which need the key 'within'");
   } else if (random.size() == 2) {
@@ -402,7 +436,7 @@ FittedModel from_json(const JsonReader& json) {
   }
   fit.convergence = read_convergence(json);
   read_fixed(json, fit);
-  read_random(json.at("random"), schema, fit);
+  read_random(json.at("random"), json.find("random_cells"), schema, fit);
   fit.variance = read_variance(json.at("variance"));
   fit.specification.variance = fit.variance.function();
   if (json.has("correlation")) read_correlation(json.at("correlation"), fit);

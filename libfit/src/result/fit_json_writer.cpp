@@ -173,6 +173,18 @@ ordered_json random(const FittedModel& fit) {
   return result;
 }
 
+/// Those of crossed groups.
+ordered_json cells(const FittedModel& fit) {
+  ordered_json groups = ordered_json::array();
+  for (std::size_t t = 0; t < fit.random.size(); ++t) {
+    ordered_json& of_term = groups.emplace_back(ordered_json::array());
+    for (const Index group : fit.cells.groups[t]) {
+      of_term.push_back(fit.random[t].labels[static_cast<std::size_t>(group)]);
+    }
+  }
+  return {{"groups", std::move(groups)}, {"curvature", rows(fit.cells.curvatures.transpose())}};
+}
+
 /// Parameters of a factor that has strata, by stratum.
 ordered_json by_stratum(const VarianceFactorEstimate& factor, const VectorXd& values) {
   if (values.size() == 0) return nullptr;
@@ -283,6 +295,7 @@ ordered_json json_of(const FittedModel& fit) {
       {"r2_conditional", number_or_null(fit.r2_conditional)},
       {"ranges", ranges(fit)},
       {"seconds", number_or_null(fit.seconds)}};
+  if (!fit.cells.groups.empty()) result["random_cells"] = cells(fit);
   if (fit.specification.correlation) result["correlation"] = correlation(fit);
   if (!fit.levels.empty()) result["levels"] = levels(fit);
   if (!fit.specification.factors.empty()) result["factors"] = fit.specification.factors;

@@ -22,6 +22,11 @@ Method default_method(const ModelSpecification& specification) {
   return is_simple ? Method::kOrdinary : Method::kGeneralized;
 }
 
+bool FittedModel::knows_uncertainty() const {
+  const bool lacks_cells = are_crossed(specification.random) && cells.groups.empty();
+  return has_random_effects() && random.back().uncertainty.is_known() && !lacks_cells;
+}
+
 double FittedModel::bic_groups() const {
   const std::vector<RandomEffects>& terms = specification.random;
   const auto is_within_first = [&terms](const RandomEffects& term) {

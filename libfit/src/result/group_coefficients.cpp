@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "model/group_labels.hpp"
+#include "model/model_groups.hpp"
 
 namespace silvafit::fit {
 
@@ -42,21 +43,21 @@ MatrixXd effects_by_label(const std::vector<std::string>& known_labels,
   return result;
 }
 
-void add_group_effects(const NonlinearModel& model,
+void add_group_effects(const ModelGroups& groups,
                        const std::vector<std::vector<Index>>& rows,
                        const std::vector<MatrixXd>& effects,
                        MatrixXd& sum) {
   for (std::size_t t = rows.size(); t-- > 0;) {
     for (Index g = 0; g < sum.cols(); ++g) {
       Index row = 0;
-      for (const Index place : rows[t]) sum(place, g) += effects[t](row++, model.group_of(t, g));
+      for (const Index place : rows[t]) sum(place, g) += effects[t](row++, groups.group_of(t, g));
     }
   }
 }
 
 MatrixXd group_coefficients(const NonlinearModel& model, const MixedEffectsFit& fit) {
   MatrixXd result = model.extended(fit.estimate).replicate(1, model.group_count());
-  add_group_effects(model, model.random_coefficients(), effects_of(fit), result);
+  add_group_effects(model.groups(), model.random_coefficients(), effects_of(fit), result);
   return result;
 }
 
@@ -67,7 +68,7 @@ MatrixXd coefficient_effects(const FittedModel& fit, const NonlinearModel& model
     const EstimatedEffects& term = fit.random[t];
     by_label.push_back(effects_by_label(term.labels, term.effects, model.group_labels(t)));
   }
-  add_group_effects(model, model.random_coefficients(), by_label, result);
+  add_group_effects(model.groups(), model.random_coefficients(), by_label, result);
   return result;
 }
 

@@ -29,7 +29,7 @@ MatrixXd effects_by_label(const std::vector<std::string>& known_labels,
 /// \param rows     (q) of each term: where its effects are added
 /// \param effects  (q x groups) of each term
 /// \param sum      (p x G)
-void add_group_effects(const NonlinearModel& model,
+void add_group_effects(const ModelGroups& groups,
                        const std::vector<std::vector<Index>>& rows,
                        const std::vector<MatrixXd>& effects,
                        MatrixXd& sum);

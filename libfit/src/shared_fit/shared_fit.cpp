@@ -385,9 +385,9 @@ class SharedFit {
   /// Of the random effects of all groups.
   /// \param fit  with those of this rank
   EffectUncertainty uncertainty_of(const FittedModel& fit) {
-    const std::vector<EffectPosterior> described =
+    const EffectPosteriors described =
         describe_effects(model(), fit, clusters_.block_begin, clusters_.typical);
-    const EffectUncertainty& own = described.back().uncertainty;
+    const EffectUncertainty& own = described.terms.back().uncertainty;
     const Index groups = shared().group_count();
     EffectUncertainty result{.covariances = joined_columns(own.covariances.leftCols(groups)),
                              .sensitivities = joined_columns(own.sensitivities.leftCols(groups))};

@@ -202,7 +202,7 @@ AnalysisWork calibrate_work(AnalysisCall& call) {
     data::TextColumn labels;
     for (const std::string& label : last.labels) labels.append(label);
     groups.set("label", std::move(labels));
-    groups.set("measured", std::vector<double>(found.measured.begin(), found.measured.end()));
+    groups.set("measured", std::vector<double>(last.measured.begin(), last.measured.end()));
     for (std::size_t k = 0; k < fit->random.back().names.size(); ++k) {
       const Eigen::VectorXd effects = last.effects.row(static_cast<Eigen::Index>(k));
       groups.set(fit->random.back().names[k], numbers(effects));

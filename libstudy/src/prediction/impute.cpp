@@ -133,13 +133,8 @@ class Groups {
       : fit_(fit), found_(fit::calibrate(fit, rows)) {
     for (const fit::CalibratedEffects& term : found_.random) {
       std::vector<bool>& is_measured = is_measured_.emplace_back();
-      for (const Index known : term.fitted_group) is_measured.push_back(known >= 0);
-    }
-    const std::vector<Index>& coarser = found_.random.back().coarser_group;
-    for (std::size_t g = 0; g < found_.measured.size(); ++g) {
-      if (found_.measured[g] > 0) is_measured_.back()[g] = true;
-      if (is_measured_.back()[g] && coarser[g] >= 0) {
-        is_measured_.front()[static_cast<std::size_t>(coarser[g])] = true;
+      for (std::size_t g = 0; g < term.labels.size(); ++g) {
+        is_measured.push_back(term.fitted_group[g] >= 0 || term.measured[g] > 0);
       }
     }
   }

@@ -50,6 +50,7 @@ ordered_json cell_value(const TableCell& cell, ColumnKind kind) {
 ordered_json fit_object(const fit::FittedModel& fit) {
   ordered_json object = fit::json_of(fit);
   object.erase("seconds");
+  object.erase("random_cells");
   // Matrices of each group would double the size of the page, which shows their diagonals only.
   for (ordered_json& term : object["random"]) {
     for (const char* key : {"eblup_covariance", "eblup_by_fixed", "eblup_cross_covariance"}) {

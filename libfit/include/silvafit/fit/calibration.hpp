@@ -35,23 +35,25 @@ struct CalibrationOptions {
   unsigned threads = 1;
 };
 
-/// The random effects of one term for a table: G groups in the order of their first appearance, N
+/// The random effects of one term for a table: G groups in the order of their first appearance,
+/// with crossed terms then those of the fit that the table does not have, unless groups are new; N
 /// rows, p coefficients, q random effects in the order of the fit's. Values of a group whose mode
 /// was not found are NaN.
 struct CalibratedEffects {
-  std::vector<std::string> labels{};          ///< (G) as in EstimatedEffects
-  std::vector<Eigen::Index> group_of_row{};   ///< (N) -1 if the group is missing
-  std::vector<Eigen::Index> coarser_group{};  ///< (G) that of the term before; -1 in the first
-  std::vector<Eigen::Index> fitted_group{};   ///< (G) its number in the fit, -1 if not seen
-  Eigen::MatrixXd effects{};                  ///< (q x G) EBLUPs
-  EffectUncertainty uncertainty{};            ///< of effects
+  std::vector<std::string> labels{};         ///< (G) as in EstimatedEffects
+  std::vector<Eigen::Index> group_of_row{};  ///< (N) -1 if the group is missing
+  std::vector<Eigen::Index>
+      coarser_group{};  ///< (G) that of the term before; -1 in the first, if crossed
+  std::vector<Eigen::Index> fitted_group{};  ///< (G) its number in the fit, -1 if not seen
+  std::vector<Eigen::Index> measured{};      ///< (G) trees of the table that were used
+  Eigen::MatrixXd effects{};                 ///< (q x G) EBLUPs
+  EffectUncertainty uncertainty{};           ///< of effects
 };
 
 /// The random effects of all groups of a table given its measured trees, at a fit's estimates.
 struct Calibration {
   std::vector<CalibratedEffects> random{};  ///< the terms of the fit, in their order
-  /// (groups of the last term) trees of the table that were used.
-  std::vector<Eigen::Index> measured{};
+  EffectCells cells{};                      ///< of crossed terms, by the groups above
   /// (N) whether the row's response was used.
   std::vector<bool> is_used{};
 };
@@ -65,9 +67,11 @@ struct Calibration {
 /// EBLUPs. Conditional covariances are those of the linearized model for lb and the inverse
 /// curvature of the density for the other methods. A group without a measured tree has effects
 /// zero with covariance Psi; a new group in a known coarser group starts from the fit's effects of
-/// the coarser group. Psi may be singular. Groups are independent tasks, so that the result does
-/// not depend on the number of threads.
-/// \throws UsageError if the fit has no random effects or no estimates, if the column of groups or
+/// the coarser group. With crossed terms the effects of all groups are estimated together, from the
+/// curvatures of the fit's cells and the trees of the table; a tree whose groups are all in the fit
+/// is assumed to be one of the fit. Psi may be singular. Groups are independent tasks, so that the
+/// result does not depend on the number of threads. \throws UsageError if the fit has no random
+/// effects or no estimates, if the column of groups or
 ///   one that the model needs is missing, or if SeenGroups needs conditional covariances that the
 ///   fit (of an older file) does not have
 /// Source: Lindstrom and Bates 1990, Biometrics 46, 673-687; Lappi 1991; docs/prediction.md.

@@ -2,6 +2,8 @@
 // Uncertainty of random effects given the data.
 #pragma once
 
+#include <vector>
+
 #include "silvafit/fit/matrices.hpp"
 
 namespace silvafit::fit {
@@ -20,7 +22,8 @@ namespace silvafit::fit {
 struct EffectUncertainty {
   Eigen::MatrixXd covariances{};    ///< (q q x G) V of each group, column by column
   Eigen::MatrixXd sensitivities{};  ///< (q p x G) S of each group, column by column
-  /// (q s x G) covariance with the effects of the group's coarser group; empty with one grouping.
+  /// (q s x G) covariance with the effects of the group's coarser group; empty with one grouping,
+  /// and with crossed ones, which EffectCells describes.
   Eigen::MatrixXd cross_covariances{};
 
   bool is_known() const { return covariances.size() > 0; }
@@ -33,6 +36,19 @@ struct EffectUncertainty {
   Eigen::MatrixXd cross_covariance(Eigen::Index group, Eigen::Index q, Eigen::Index s) const {
     return cross_covariances.col(group).reshaped(q, s);
   }
+};
+
+/// What the data say about the effects of crossed groups together: each group has a covariance with
+/// many groups of the other terms. The inverse covariance of all effects given the data is that of
+/// their prior plus these curvatures.
+///
+/// T terms, C cells: combinations of groups that have observations.
+struct EffectCells {
+  std::vector<std::vector<Eigen::Index>> groups{};  ///< (T x C) the group of each cell in a term
+  /// (r (r + 1) / 2 x C) second derivatives of each cell's negative log density by the r
+  /// coefficients that have random effects in any term, in the order of the coefficients: lower
+  /// triangle by columns.
+  Eigen::MatrixXd curvatures{};
 };
 
 }  // namespace silvafit::fit

@@ -57,6 +57,7 @@ struct Estimates {
   std::vector<int> coefficients_between{};
   /// The terms of ModelSpecification::random, in their order; empty without random effects.
   std::vector<EstimatedEffects> random{};
+  EffectCells cells{};  ///< of crossed terms; unknown in older files
   /// If constant-plus-power has become a constant variance, its constant is infinite and sigma is
   /// the residual standard deviation.
   VarianceEstimate variance{};

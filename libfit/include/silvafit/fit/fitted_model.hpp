@@ -67,6 +67,8 @@ struct FittedModel : Estimates {
   std::optional<Intervals> intervals{};  ///< if requested: confidence_intervals()
   double seconds = 0.0;
 
+  /// Whether the uncertainty of the random effects is stored; not in files of earlier versions.
+  bool knows_uncertainty() const;
   /// As that of the estimates; NaN unless all groups are within those of the first term.
   double bic_groups() const;
   /// (N) residual standard deviation of a table's rows by the variance function.

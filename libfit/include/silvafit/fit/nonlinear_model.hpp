@@ -93,11 +93,9 @@ class NonlinearModel {
 
   /// Number of independent clusters: the groups of the first term, or with crossed terms sets of
   /// cells that no group connects to others.
-  Eigen::Index cluster_count() const {
-    return static_cast<Eigen::Index>(cluster_begin_.size()) - 1;
-  }
+  Eigen::Index cluster_count() const;
   /// First group of a cluster; cluster_begin(cluster_count()) is G.
-  Eigen::Index cluster_begin(Eigen::Index cluster) const { return cluster_begin_[cluster]; }
+  Eigen::Index cluster_begin(Eigen::Index cluster) const;
 
   /// Number of terms of random effects. The groups of each consist of groups of the next, those of
   /// the last are the model's groups; unless they are crossed.
@@ -111,7 +109,7 @@ class NonlinearModel {
   const std::vector<std::string>& group_labels(std::size_t term) const;
   /// First of the model's groups in group k of a term, not crossed.
   Eigen::Index first_group(std::size_t term, Eigen::Index k) const {
-    return is_last(term) ? k : cluster_begin_[k];
+    return is_last(term) ? k : cluster_begin(k);
   }
   /// The group of a term that one of the model's groups is in.
   Eigen::Index group_of(std::size_t term, Eigen::Index group) const;
@@ -227,7 +225,6 @@ class NonlinearModel {
   std::vector<std::string> group_labels_;
   std::vector<Eigen::Index> group_begin_;
   std::shared_ptr<const ModelGroups> groups_;
-  std::vector<Eigen::Index> cluster_begin_;
   std::vector<Strata> strata_;
   Eigen::VectorXd response_;
   std::vector<std::string> variables_;  ///< data columns of the formula
