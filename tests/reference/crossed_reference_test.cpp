@@ -203,9 +203,13 @@ TEST_CASE("a fit with crossed effects predicts, is stored, and refuses what it c
   CHECK(population.lower[0] < population.value[0]);
 
   using Catch::Matchers::Contains;
-  CHECK_THROWS_WITH(fit::predict(stored, one, fit::Level::kConditional, {.interval = 0.95}),
-                    Contains("population"));
-  CHECK_THROWS_WITH(fit::calibrate(stored, table, {}), Contains("crossed"));
+  // Its variance is part of that of a new tree.
+  const auto errors =
+      fit::predict(stored, one, fit::Level::kConditional, {.standard_errors = true});
+  const double of_year = stored.random[1].covariance(0, 0);
+  CHECK(errors.prediction_error[0] ==
+        Approx(std::sqrt(std::pow(errors.mean_error[0], 2) + of_year + std::pow(stored.sigma, 2)))
+            .epsilon(1e-12));
   CHECK(std::isnan(fit::residuals(stored, table).marginal[0]));
 }
 
