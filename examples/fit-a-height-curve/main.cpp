@@ -51,7 +51,7 @@ void print_predictions(const fit::FittedModel& fit) {
                 std::string(plots[row]).c_str(),
                 height.value[i],
                 height.residual_sd[i],
-                height.is_new_group[row] ? " (new plot: the population's curve)" : "");
+                height.unknown_terms[row] != 0 ? " (new plot: the population's curve)" : "");
   }
 }
 

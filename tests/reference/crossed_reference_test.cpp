@@ -195,7 +195,7 @@ TEST_CASE("a fit with crossed effects predicts, is stored, and refuses what it c
   one.set("year", std::vector<double>{1999.0});
   const auto of_plot = fit::predict(stored, one, fit::Level::kConditional, {});
   const auto population = fit::predict(stored, one, fit::Level::kPopulation, {.interval = 0.95});
-  CHECK(of_plot.is_new_group[0]);
+  CHECK(of_plot.unknown_terms == std::vector<unsigned>{2});  // the second term
   const auto& plots = stored.random[0].labels;
   const auto plot = std::ranges::find(plots, std::string(table.labels("plot_id")[0]));
   CHECK(of_plot.value[0] - population.value[0] ==

@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <map>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -265,15 +265,15 @@ class CalibratedGroups : public KnownGroups {
   SeenGroups seen_;
 };
 
-/// The first crossed term, or the last of nested ones, in which the group is unknown; none if the
-/// effects of all terms are known.
-std::optional<std::size_t> unknown_term(const FittedModel& fit, const std::vector<Index>& groups) {
-  const std::size_t last = groups.size() - 1;
-  if (!are_crossed(fit.specification.random)) {
-    return groups.back() < 0 ? std::optional(last) : std::nullopt;
+/// The crossed terms, or the last of nested ones, in which the group is unknown: bits of their
+/// numbers.
+unsigned unknown_terms(const FittedModel& fit, const std::vector<Index>& groups) {
+  const std::size_t first = are_crossed(fit.specification.random) ? 0 : groups.size() - 1;
+  unsigned result = 0;
+  for (std::size_t t = first; t < groups.size(); ++t) {
+    if (groups[t] < 0) result |= 1U << t;
   }
-  const auto unknown = static_cast<std::size_t>(std::ranges::find(groups, -1) - groups.begin());
-  return unknown <= last ? std::optional(unknown) : std::nullopt;
+  return result;
 }
 
 /// Sets of the combinations of groups in the rows of a table.
@@ -321,13 +321,13 @@ void mark_new(const FittedModel& fit,
   for (std::size_t row = 0; row < table.rows(); ++row) {
     const auto set = static_cast<std::size_t>(result.set_of_row[row]);
     const std::vector<Index>& groups = groups_of_set[set];
-    const std::optional<std::size_t> term = unknown_term(fit, groups);
-    if (!term) continue;
+    result.unknown_terms[row] = unknown_terms(fit, groups);
+    if (result.unknown_terms[row] == 0) continue;
     if (choice == NewGroups::kError) {
-      const std::string& column = fit.specification.random[*term].group;
-      refuse_group(table, row, column, labels.of(*term, row), is_calibrated);
+      const auto term = static_cast<std::size_t>(std::countr_zero(result.unknown_terms[row]));
+      const std::string& column = fit.specification.random[term].group;
+      refuse_group(table, row, column, labels.of(term, row), is_calibrated);
     }
-    result.is_new_group[row] = true;
     result.is_missing[row] = choice == NewGroups::kMissing;
     result.is_marginal[set] = choice == NewGroups::kMarginal;
   }
@@ -386,7 +386,7 @@ CoefficientSets coefficient_sets(const FittedModel& fit,
                                  bool with_covariances) {
   CoefficientSets result;
   result.set_of_row.assign(table.rows(), 0);
-  result.is_new_group.assign(table.rows(), false);
+  result.unknown_terms.assign(table.rows(), 0);
   result.is_missing.assign(table.rows(), false);
   if (!fit.has_random_effects() || level == Level::kPopulation || level == Level::kMarginal) {
     const SetBuilder builder(fit, 1, with_covariances, result);

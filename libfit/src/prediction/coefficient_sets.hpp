@@ -19,7 +19,7 @@ struct CoefficientSets {
   std::vector<bool> is_marginal{};  ///< (M) whether the value is the mean over the open effects
 
   std::vector<Index> set_of_row{};       ///< (N)
-  std::vector<bool> is_new_group{};      ///< (N)
+  std::vector<unsigned> unknown_terms{};  ///< (N) as Prediction has them
   std::vector<bool> is_missing{};        ///< (N) rows without a value
   std::vector<Index> calibrated_from{};  ///< (N), empty unless calibrated
 };

@@ -143,7 +143,7 @@ Prediction predict(const FittedModel& fit,
   CoefficientSets sets = coefficient_sets(fit, table, level, options, with_errors);
   const RowMean mean(fit.specification, table);
   Prediction result{.value = mean.mean(mean.arguments(sets.coefficients, sets.set_of_row)),
-                    .is_new_group = sets.is_new_group,
+                    .unknown_terms = sets.unknown_terms,
                     .calibrated_from = sets.calibrated_from};
   const MatrixXd gradients = take_marginal(fit, table, sets, options, with_errors, result);
   result.residual_sd = residual_sd_if_known(fit, result.value, table);

@@ -85,7 +85,7 @@ TEST_CASE("in the one-way layout errors and intervals are those of theory") {
   CHECK(prediction.mean_error[3] == Approx(std::sqrt(known)).epsilon(1e-12));
   CHECK(prediction.prediction_error[3] == Approx(std::sqrt(known + 9.0)).epsilon(1e-12));
   CHECK(prediction.calibrated_from == std::vector<Index>{3, 3, 3, 3, 0});
-  CHECK(prediction.is_new_group == std::vector<bool>{false, false, false, false, true});
+  CHECK(prediction.unknown_terms == std::vector<unsigned>{0, 0, 0, 0, 1});
   // Nothing is known of plot B.
   CHECK(prediction.value[4] == Approx(10.0));
   CHECK(prediction.mean_error[4] == Approx(std::sqrt(7.0 / 6.0)));

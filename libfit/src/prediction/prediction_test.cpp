@@ -51,7 +51,7 @@ TEST_CASE("the population's prediction is the formula with the fixed effects") {
   CHECK(std::isnan(prediction.value[4]));
   CHECK(prediction.residual_sd[0] == Approx(0.5 * std::pow(height(1.6, 10.0), 2.0)).epsilon(1e-14));
   CHECK(std::isnan(prediction.residual_sd[2]));
-  CHECK(prediction.is_new_group == std::vector<bool>(5, false));
+  CHECK(prediction.unknown_terms == std::vector<unsigned>(5, 0));
 }
 
 TEST_CASE("the conditional prediction adds the effects of the row's group") {
@@ -59,7 +59,7 @@ TEST_CASE("the conditional prediction adds the effects of the row's group") {
   CHECK(prediction.value[0] == Approx(height(1.8, 10.0)).epsilon(1e-14));
   CHECK(prediction.value[1] == Approx(height(1.6, 20.0)).epsilon(1e-14));
   CHECK(prediction.value[3] == Approx(height(1.9, 30.0)).epsilon(1e-14));
-  CHECK(prediction.is_new_group == std::vector<bool>{false, false, false, true, false});
+  CHECK(prediction.unknown_terms == std::vector<unsigned>{0, 0, 0, 1, 0});
 }
 
 TEST_CASE("the prediction of new groups is an explicit choice") {
@@ -139,7 +139,7 @@ TEST_CASE("nested groups have the known effects of both groupings") {
   CHECK(prediction.value[0] == Approx(curve(1.5 + 0.4 * 0.25 + 0.2, 0.75, 10.0)).epsilon(1e-14));
   CHECK(prediction.value[1] == Approx(curve(1.5 + 0.4 * 0.5 - 0.1, 0.68, 20.0)).epsilon(1e-14));
   // Plot 9 is new, but its stand is known.
-  CHECK(prediction.is_new_group[3]);
+  CHECK(prediction.unknown_terms[3] == 1);
   CHECK(prediction.value[3] == Approx(curve(1.5 + 0.4, 0.75, 30.0)).epsilon(1e-14));
 }
 

@@ -28,42 +28,57 @@ namespace {
 
 using data::Table;
 
+/// The columns that identify the groups of a term; of nested terms those of all.
+std::vector<std::string> columns_of(const std::vector<fit::RandomEffects>& terms,
+                                    std::size_t term) {
+  std::vector<std::string> result;
+  if (terms[term].is_crossed) {
+    result = terms[term].within;
+    result.push_back(terms[term].group);
+  } else {
+    for (const fit::RandomEffects& of : terms) result.push_back(of.group);
+  }
+  return result;
+}
+
 /// What the predictions of groups are that are not in the fit, with the first of their labels;
 /// empty if there are none.
-/// \param is_new  of calibrated predictions also without a measured response
+/// \param unknown  see Prediction::unknown_terms
 std::string note_on_new_groups(const std::vector<fit::RandomEffects>& terms,
                                const Table& table,
-                               const std::vector<bool>& is_new,
+                               const std::vector<unsigned>& unknown,
                                bool is_calibrated) {
-  const auto count = std::ranges::count(is_new, true);
+  const std::size_t count = unknown.size() - std::ranges::count(unknown, 0U);
   if (count == 0 || terms.empty()) return {};
-  std::vector<std::string> names;
-  std::vector<data::TextColumn> columns;
-  for (const fit::RandomEffects& term : terms) {
-    names.push_back(term.group_name());
-    if (!term.is_crossed) columns.push_back(table.labels(term.group));
-  }
   std::vector<std::string> shown;
-  for (std::size_t row = 0; row < is_new.size() && !terms[0].is_crossed; ++row) {
-    if (!is_new[row]) continue;
+  const auto show = [&](std::size_t term, std::size_t row) {
+    const std::vector<std::string> columns = columns_of(terms, term);
     std::vector<std::string> parts;
-    for (const data::TextColumn& column : columns) {
-      parts.emplace_back(column.is_missing(row) ? "missing" : column[row]);
+    for (const std::string& column : columns) {
+      const data::TextColumn labels = table.labels(column);
+      parts.emplace_back(labels.is_missing(row) ? "missing" : labels[row]);
     }
-    const std::string label = fmt::format("{}", fmt::join(parts, " / "));
-    if (std::ranges::find(shown, label) != shown.end()) continue;
-    constexpr std::size_t kMostShown = 5;
-    shown.push_back(shown.size() < kMostShown ? label : "...");
-    if (shown.size() > kMostShown) break;
+    const std::string label =
+        fmt::format("{} {}", fmt::join(columns, "/"), fmt::join(parts, " / "));
+    if (std::ranges::find(shown, label) == shown.end()) shown.push_back(label);
+  };
+  constexpr std::size_t kMostShown = 5;
+  for (std::size_t row = 0; row < unknown.size() && shown.size() <= kMostShown; ++row) {
+    for (std::size_t t = 0; t < terms.size(); ++t) {
+      if ((unknown[row] >> t & 1U) != 0) show(t, row);
+    }
+  }
+  if (shown.size() > kMostShown) {
+    shown.resize(kMostShown);
+    shown.emplace_back("...");
   }
   return fmt::format(
-      "{} of groups that are not in the fit{} ({}{}): their predictions have {}; `new_groups` has "
+      "{} of groups that are not in the fit{} ({}): their predictions have {}; `new_groups` has "
       "other choices",
-      counted(static_cast<std::size_t>(count), "row is", "rows are"),
+      counted(count, "row is", "rows are"),
       is_calibrated ? " and have no measured row" : "",
-      fmt::join(names, terms[0].is_crossed ? " or " : "/"),
-      shown.empty() ? "" : fmt::format(" {}", fmt::join(shown, ", ")),
-      shown.empty() ? "the effects of the known groups only" : "random effects 0");
+      fmt::join(shown, ", "),
+      terms[0].is_crossed ? "the effects of the known groups only" : "random effects 0");
 }
 
 /// On labels of factors that are not in the fit, whose predictions are missing.
@@ -174,7 +189,7 @@ AnalysisWork predict_work(AnalysisCall& call) {
     const fit::Prediction found = fit::predict(*fit, rows, level, prediction_options(settings));
     if (says_new && (is_calibrated || level == fit::Level::kConditional)) {
       result.warnings.push_back(
-          note_on_new_groups(fit->specification.random, rows, found.is_new_group, is_calibrated));
+          note_on_new_groups(fit->specification.random, rows, found.unknown_terms, is_calibrated));
     }
     for (const fit::ColumnLevels& levels : fit->levels) {
       result.warnings.push_back(note_on_new_levels(levels, rows));

@@ -230,7 +230,7 @@ class Predictor {
       const double value = prediction.value[at];
       if (std::isinf(value)) flag(row, fit.specification.formula.left + " not finite");
       const bool is_wanted =
-          settings_.new_groups != fit::NewGroups::kMissing || !prediction.is_new_group[i];
+          settings_.new_groups != fit::NewGroups::kMissing || prediction.unknown_terms[i] == 0;
       if (std::isnan(value) && is_spread_unknown) {
         flag(row,
              fmt::format("no marginal {}: the covariance matrix of the random effects is unknown",
@@ -284,24 +284,24 @@ class Predictor {
                    const std::vector<std::size_t>& rows,
                    const fit::Prediction& prediction) {
     const std::vector<fit::RandomEffects>& terms = fit.specification.random;
-    // Of crossed terms any may be new.
-    Names groups;
     std::vector<data::TextColumn> labels;
-    for (const fit::RandomEffects& term : terms) {
-      groups.push_back(term.group);
-      labels.push_back(part.labels(term.group));
-    }
-    const bool is_crossed = fit::are_crossed(terms);
-    const std::string group =
-        is_crossed ? fmt::format("{}", fmt::join(groups, " or ")) : terms.back().group;
+    for (const fit::RandomEffects& term : terms) labels.push_back(part.labels(term.group));
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      if (!prediction.is_new_group[i]) continue;
-      if (std::ranges::any_of(labels, [i](const auto& of) { return of.is_missing(i); })) {
-        flag(rows[i], "missing " + group);
-      } else if (is_calibrated()) {
-        flag(rows[i], fmt::format("no measured {} in {}", fit.specification.formula.left, group));
-      } else {
-        flag(rows[i], "unknown " + group);
+      for (std::size_t t = 0; t < terms.size(); ++t) {
+        if ((prediction.unknown_terms[i] >> t & 1U) == 0) continue;
+        const std::string& group = terms[t].group;
+        // Nested groups are missing with those that they are in.
+        const bool is_missing = std::any_of(
+            labels.begin() + static_cast<std::ptrdiff_t>(terms[t].is_crossed ? t : 0),
+            labels.begin() + static_cast<std::ptrdiff_t>(t + 1),
+            [i](const data::TextColumn& of) { return of.is_missing(i); });
+        if (is_missing) {
+          flag(rows[i], "missing " + group);
+        } else if (is_calibrated()) {
+          flag(rows[i], fmt::format("no measured {} in {}", fit.specification.formula.left, group));
+        } else {
+          flag(rows[i], "unknown " + group);
+        }
       }
     }
   }

@@ -183,7 +183,7 @@ std::size_t most_random_effects(const Study& study) {
   return most;
 }
 
-/// The rows of one grouping. Only the coarser groups, the plots, are compared with each other.
+/// The rows of one grouping, plots or periods. Only the plots are compared with each other.
 void add_plot_effects(const ResponseStudy& result, std::size_t grouping, FormattedTable& table) {
   const fit::FittedModel& fit = result.nlme->fit;
   const fit::EstimatedEffects& term = fit.random[grouping];
@@ -318,7 +318,8 @@ FormattedTable plot_effects_table(const Study& study) {
   table.columns.insert(table.columns.end(), values.begin(), values.end());
   for (const ResponseStudy& result : study.results) {
     for (std::size_t k = 0; result.nlme && k < result.nlme->fit.random.size(); ++k) {
-      add_plot_effects(result, k, table);
+      const bool is_of_trees = result.nlme->fit.specification.random[k].group == kTree;
+      if (!is_of_trees) add_plot_effects(result, k, table);
     }
   }
   return table;

@@ -252,7 +252,10 @@ data::Table Plausibility::typical_trees(const fit::FittedModel& fit) const {
     table.set(name, std::move(labels));
   };
   set_labels(group_, &Stratum::group);
-  if (!period_.empty()) set_labels(period_, &Stratum::period);
+  if (!period_.empty()) {
+    set_labels(period_, &Stratum::period);
+    set_labels(kTree, &Stratum::tree);
+  }
   return table;
 }
 
@@ -268,8 +271,11 @@ Eigen::MatrixXd Plausibility::coefficients_of_strata(const fit::FittedModel& fit
     periods.push_back(stratum.period.empty() ? std::string()
                                              : fit::nested_label(stratum.group, stratum.period));
   }
-  add_effects(fit, fit.random.front(), groups, coefficients);
-  if (fit.random.size() > 1) add_effects(fit, fit.random.back(), periods, coefficients);
+  for (std::size_t t = 0; t < fit.random.size(); ++t) {
+    const std::string& group = fit.specification.random[t].group;
+    if (group != group_ && group != period_) continue;  // curves are those of typical trees
+    add_effects(fit, fit.random[t], group == group_ ? groups : periods, coefficients);
+  }
   return coefficients;
 }
 

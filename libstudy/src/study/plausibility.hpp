@@ -45,6 +45,7 @@ class Plausibility {
     std::string name{};               ///< "the population", "plot 7" or "plot 7, year 2019"
     std::string group{};              ///< its label; empty: the population
     std::string period{};             ///< its label; empty: all periods
+    std::string tree{};               ///< empty: no tree's own curve
     std::size_t row = 0;              ///< a typical tree: that of the median DBH
     std::vector<std::size_t> rows{};  ///< its trees
   };

@@ -167,10 +167,11 @@ class CurveGrid {
     table_.set(record_.study.options.group, std::move(column));
     const std::string& period = record_.study.options.period;
     if (period.empty()) return;
-    // The curve of a plot, without the effects of one of its periods.
+    // The curve of a plot, without the effects of one of its periods and trees.
     data::TextColumn none;
     for (std::size_t i = 0; i < kGridPoints; ++i) none.append_missing();
-    table_.set(period, std::move(none));
+    table_.set(period, none);
+    table_.set(kTree, std::move(none));
   }
 
   const ResponseStudy& result_;

@@ -285,19 +285,20 @@ std::vector<Trial> random_effect_trials(const fit::FittedModel& fixed,
   return trials;
 }
 
-std::vector<Trial> period_trials(const Candidate& mixed,
-                                 const std::string& period,
-                                 std::size_t largest) {
-  const fit::ModelSpecification& of_groups = mixed.fit.specification;
+std::vector<Trial> added_term_trials(const Candidate& mixed,
+                                     const fit::RandomEffects& added,
+                                     std::size_t largest) {
   std::vector<Trial> trials;
-  for (Trial& trial : random_effect_trials(mixed.fit, period, largest)) {
-    fit::RandomEffects own = trial.specification.random.front();
-    own.within = {of_groups.random.front().group};
-    trial.specification.random = {of_groups.random.front(), own};
+  for (Trial& trial : random_effect_trials(mixed.fit, added.group, largest)) {
+    std::vector<fit::RandomEffects> terms = mixed.fit.specification.random;
+    terms.push_back(added);
+    terms.back().coefficients = trial.specification.random.front().coefficients;
     trial.terms.clear();
-    for (const fit::RandomEffects& term : trial.specification.random) {
+    for (fit::RandomEffects& term : terms) {
+      term.is_crossed = added.is_crossed || fit::are_crossed(mixed.fit.specification.random);
       trial.terms.push_back(fmt::format("{} | {}", term.text(), term.group_text()));
     }
+    trial.specification.random = std::move(terms);
     trials.push_back(std::move(trial));
   }
   return trials;

@@ -48,11 +48,12 @@ std::vector<Trial> random_effect_trials(const fit::FittedModel& fixed,
                                         const std::string& group,
                                         std::size_t largest);
 
-/// The chosen mixed model of the groups with further random effects of the periods within them, on
-/// every subset of coefficients up to a size. Their terms are the texts of both groupings.
-std::vector<Trial> period_trials(const Candidate& mixed,
-                                 const std::string& period,
-                                 std::size_t largest);
+/// A chosen mixed model with random effects of a further grouping, on every subset of coefficients
+/// up to a size. Their terms are the texts of all groupings.
+/// \param added  without coefficients; if it is crossed, or those of the model are, all are
+std::vector<Trial> added_term_trials(const Candidate& mixed,
+                                     const fit::RandomEffects& added,
+                                     std::size_t largest);
 
 /// The chosen mixed model with each variance function, none first. They start from its fit, which
 /// must remain in memory during the fits.

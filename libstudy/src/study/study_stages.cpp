@@ -313,17 +313,30 @@ void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCa
   }
 }
 
-/// Adds random effects of the periods to the chosen ones of the groups. Every pair of subsets of
-/// the coefficients would be too many fits.
-void run_periods(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
-  if (study.options.period.empty()) return;
-  LevelFits level(
-      "random effects of periods", works, study.options.criteria.random, study.options.group);
+/// Adds random effects of a further grouping to the chosen ones. Every combination of subsets of the
+/// coefficients would be too many fits.
+/// \param added    see added_term_trials
+/// \param largest  number of coefficients with the added effects
+void run_added_term(const std::string& name,
+                    const fit::RandomEffects& added,
+                    std::size_t largest,
+                    std::vector<Work>& works,
+                    Study& study,
+                    const ProgressCallback& progress) {
+  LevelFits level(name, works, study.options.criteria.random, study.options.group);
   for (std::size_t i = 0; i < works.size(); ++i) {
+    if (added.group == kTree) {
+      if (!works[i].has_repeated_trees()) continue;
+      if (works[i].is_sampled()) {
+        works[i].result.notes.emplace_back(
+            "Trees have no random effects of their own: a sample of the trees was compared, in which "
+            "few are repeated (\"compared_trees\": 0 compares all).");
+        continue;
+      }
+    }
     for (const Candidate& candidate : works[i].result.random) {
       if (!candidate.chosen || !works[i].result.nlme) continue;
-      level.add(
-          i, period_trials(candidate, study.options.period, study.options.maximum_random_effects));
+      level.add(i, added_term_trials(candidate, added, largest));
     }
   }
   level.run(study.options.threads, progress, study.stages);
@@ -342,6 +355,23 @@ void run_periods(std::vector<Work>& works, Study& study, const ProgressCallback&
   for (Choice& choice : choices) {
     if (choice.final) works[choice.work].result.nlme = std::move(choice.final);
   }
+}
+
+/// With repeated measurements: the trees, which have an effect on one coefficient, and the periods of
+/// each plot. Beside the variance between trees, that between periods may be too small to be found.
+void run_repeated(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
+  const StudyOptions& options = study.options;
+  if (options.period.empty()) return;
+  fit::RandomEffects of_trees{.group = kTree, .within = {options.group}, .is_crossed = true};
+  // Numbers of trees may begin again in each plot.
+  if (options.group != "plot") of_trees.within.emplace_back("plot");
+  run_added_term("random effects of trees", of_trees, 1, works, study, progress);
+  run_added_term("random effects of periods",
+                 {.group = options.period, .within = {options.group}},
+                 options.maximum_random_effects,
+                 works,
+                 study,
+                 progress);
 }
 
 void note_boundary_fits(std::vector<Work>& works) {
@@ -418,7 +448,7 @@ void run_levels(std::vector<Work>& works, Study& study, const ProgressCallback& 
   run_base(works, study, progress);
   run_covariates(works, study, progress);
   run_random_effects(works, study, progress);
-  run_periods(works, study, progress);
+  run_repeated(works, study, progress);
   note_boundary_fits(works);
   run_variance(works, study, progress);
 }

@@ -178,6 +178,18 @@ std::string tree_counts(const Work& work) {
                            : fmt::format("{} with structural unit; {}", used, of_measured);
 }
 
+bool Work::has_repeated_trees() const {
+  if (!table.has(kTree)) return false;
+  const data::TextColumn plots = table.has("plot") ? table.labels("plot") : data::TextColumn();
+  const data::TextColumn trees = table.labels(kTree);
+  std::set<std::pair<std::uint32_t, std::uint32_t>> known;
+  for (std::size_t row = 0; row < trees.size(); ++row) {
+    if (trees.is_missing(row)) return false;
+    known.emplace(plots.size() > 0 ? plots.code(row) : 0, trees.code(row));
+  }
+  return known.size() < trees.size();
+}
+
 Work prepared(const data::Table& table,
               const Catalogue& catalogue,
               const StudyOptions& options,
@@ -209,7 +221,12 @@ Work prepared(const data::Table& table,
   }
   refuse_number(columns, options.group, "`group`", response, table.file());
   columns.push_back(options.group);
-  if (!options.period.empty()) columns.push_back(options.period);
+  if (!options.period.empty()) {
+    columns.push_back(options.period);
+    for (const std::string& name : {std::string("plot"), std::string(kTree)}) {
+      if (table.has(name)) columns.push_back(name);
+    }
+  }
   for (const std::string& name : variance_columns(options)) columns.push_back(name);
   // With all columns, a study of a million trees would store each column nine times.
   work.table = with_columns(table, columns).select(work.result.rows);

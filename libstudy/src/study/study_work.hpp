@@ -35,6 +35,8 @@ struct Work {
   std::map<std::size_t, std::string> barred{};
 
   bool is_sampled() const { return sample.rows() > 0; }
+  /// Whether all rows have a tree and some trees have several rows, at different periods.
+  bool has_repeated_trees() const;
   const data::Table& compared_trees() const { return is_sampled() ? sample : table; }
   /// Why the curves of a fit are implausible, as a sentence; empty if they are plausible.
   std::string objection_to_curves(const fit::FittedModel& fit) const;

@@ -76,9 +76,10 @@ struct Prediction {
   /// (N) the reason why a row has no residual_sd and no prediction interval: "missing noise",
   /// "unknown species"; else empty.
   std::vector<std::string> residual_gap{};
-  /// (N) true if the row's group is missing, or is not in the fit and has no measured tree; all
-  /// false at the population and marginal levels and without random effects.
-  std::vector<bool> is_new_group{};
+  /// (N) bits of the terms whose group is missing, or is not in the fit and has no measured tree; of
+  /// nested terms only the last. Zero at the population and marginal levels and without random
+  /// effects.
+  std::vector<unsigned> unknown_terms{};
   /// (N) number of measured trees of the row's group for the calibration, -1 if it has the fit's
   /// own random effects; empty except for calibrated predictions.
   std::vector<Eigen::Index> calibrated_from{};

@@ -42,6 +42,9 @@ struct LevelCriteria {
   Criterion variance = Criterion::kAic;
 };
 
+/// The column of the trees' numbers, whose repeated measurements have an effect in common.
+inline constexpr const char* kTree = "tree";
+
 struct StudyOptions {
   std::vector<std::string> species{};  ///< empty: all with enough trees
   std::vector<std::string> responses{"h", "hcb", "cw"};
