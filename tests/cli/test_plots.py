@@ -4,6 +4,7 @@
 import csv
 import json
 import math
+import pathlib
 import random
 import unittest
 
@@ -143,6 +144,29 @@ class RepeatedStudies(ProgramTest):
         rows = self.run_program("predict", "both/library.json", "trees.csv", "--level", "conditional").stdout
         for row, own in zip(csv.DictReader(rows.splitlines()), predicted):
             self.assertAlmostEqual(float(row["h_pred"]), float(own["h_conditional"]), delta=1e-3)
+
+    def test_repeated_trees_have_effects_of_their_own(self):
+        """Against lme4 (bench/r/repeated_trees.R)."""
+        sheets = pathlib.Path(__file__).parent / "sheets"
+        expected = json.loads((sheets / "repeated-trees.json").read_text(encoding="utf-8"))
+        self.write("trees.csv", (sheets / "repeated-trees.csv").read_text(encoding="utf-8"))
+        study = self.study("out", "--responses", "cw", "--variance-functions", "none", "--period", "year")
+        self.assertEqual(study["random"], "a | plot; a | plot:tree; a | plot:year")
+        library = json.loads((self.folder / "out/library.json").read_text(encoding="utf-8"))
+        fit = next(model["fit"] for model in library["models"] if model["role"] == "nlme")
+        self.assertAlmostEqual(fit["log_likelihood"], expected["log_likelihood"], delta=1e-6)
+        # nlme's covariance with maximum likelihood has the factor N / (N - p); bobyqa ends 1e-6 away.
+        factor = math.sqrt(288 / 286)
+        self.assertAlmostEqual(fit["fixed"]["b"]["se"] / factor, expected["slope_se"], delta=1e-5 * expected["slope_se"])
+        self.assertGreater(fit["fixed"]["b"]["se"], 1.5 * expected["slope_se_without_trees"])
+        self.assertAlmostEqual(fit["random"][1]["sd"][0], expected["sd_tree"], delta=1e-5)
+        # A new tree of a known plot and year, with the variance between trees in its interval.
+        self.write("new.csv", "plot,tree,species,year,dbh\n1,99,fir,2020,22\n1,2,fir,2020,22\n")
+        rows = self.run_program("predict", "out/library.json", "new.csv", "--level", "conditional", "--interval", "0.9").stdout
+        new, known = csv.DictReader(rows.splitlines())
+        self.assertEqual((new["flag"], known["flag"]), ("unknown tree", ""))
+        width = [float(row["cw_upper"]) - float(row["cw_lower"]) for row in (new, known)]
+        self.assertGreater(width[0], 1.4 * width[1])
 
     def test_what_cannot_be_a_period_is_refused(self):
         error = self.run_program("study", "trees.csv", "--period", "jahr", "--out", "out", status=3).stderr

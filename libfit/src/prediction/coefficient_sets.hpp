@@ -18,10 +18,10 @@ struct CoefficientSets {
   std::vector<std::vector<bool>> known{};  ///< (M) whether the effects of each term are estimated
   std::vector<bool> is_marginal{};  ///< (M) whether the value is the mean over the open effects
 
-  std::vector<Index> set_of_row{};       ///< (N)
+  std::vector<Index> set_of_row{};        ///< (N)
   std::vector<unsigned> unknown_terms{};  ///< (N) as Prediction has them
-  std::vector<bool> is_missing{};        ///< (N) rows without a value
-  std::vector<Index> calibrated_from{};  ///< (N), empty unless calibrated
+  std::vector<bool> is_missing{};         ///< (N) rows without a value
+  std::vector<Index> calibrated_from{};   ///< (N), empty unless calibrated
 };
 
 /// \param with_covariances  whether to compute covariances

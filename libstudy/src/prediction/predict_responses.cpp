@@ -291,10 +291,10 @@ class Predictor {
         if ((prediction.unknown_terms[i] >> t & 1U) == 0) continue;
         const std::string& group = terms[t].group;
         // Nested groups are missing with those that they are in.
-        const bool is_missing = std::any_of(
-            labels.begin() + static_cast<std::ptrdiff_t>(terms[t].is_crossed ? t : 0),
-            labels.begin() + static_cast<std::ptrdiff_t>(t + 1),
-            [i](const data::TextColumn& of) { return of.is_missing(i); });
+        const bool is_missing =
+            std::any_of(labels.begin() + static_cast<std::ptrdiff_t>(terms[t].is_crossed ? t : 0),
+                        labels.begin() + static_cast<std::ptrdiff_t>(t + 1),
+                        [i](const data::TextColumn& of) { return of.is_missing(i); });
         if (is_missing) {
           flag(rows[i], "missing " + group);
         } else if (is_calibrated()) {

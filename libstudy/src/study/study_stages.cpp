@@ -313,10 +313,9 @@ void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCa
   }
 }
 
-/// Adds random effects of a further grouping to the chosen ones. Every combination of subsets of the
-/// coefficients would be too many fits.
-/// \param added    see added_term_trials
-/// \param largest  number of coefficients with the added effects
+/// Adds random effects of a further grouping to the chosen ones. Every combination of subsets of
+/// the coefficients would be too many fits. \param added    see added_term_trials \param largest
+/// number of coefficients with the added effects
 void run_added_term(const std::string& name,
                     const fit::RandomEffects& added,
                     std::size_t largest,
@@ -329,7 +328,8 @@ void run_added_term(const std::string& name,
       if (!works[i].has_repeated_trees()) continue;
       if (works[i].is_sampled()) {
         works[i].result.notes.emplace_back(
-            "Trees have no random effects of their own: a sample of the trees was compared, in which "
+            "Trees have no random effects of their own: a sample of the trees was compared, in "
+            "which "
             "few are repeated (\"compared_trees\": 0 compares all).");
         continue;
       }
@@ -357,8 +357,9 @@ void run_added_term(const std::string& name,
   }
 }
 
-/// With repeated measurements: the trees, which have an effect on one coefficient, and the periods of
-/// each plot. Beside the variance between trees, that between periods may be too small to be found.
+/// With repeated measurements: the trees, which have an effect on one coefficient, and the periods
+/// of each plot. Beside the variance between trees, that between periods may be too small to be
+/// found.
 void run_repeated(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
   const StudyOptions& options = study.options;
   if (options.period.empty()) return;

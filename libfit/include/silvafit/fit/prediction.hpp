@@ -76,8 +76,8 @@ struct Prediction {
   /// (N) the reason why a row has no residual_sd and no prediction interval: "missing noise",
   /// "unknown species"; else empty.
   std::vector<std::string> residual_gap{};
-  /// (N) bits of the terms whose group is missing, or is not in the fit and has no measured tree; of
-  /// nested terms only the last. Zero at the population and marginal levels and without random
+  /// (N) bits of the terms whose group is missing, or is not in the fit and has no measured tree;
+  /// of nested terms only the last. Zero at the population and marginal levels and without random
   /// effects.
   std::vector<unsigned> unknown_terms{};
   /// (N) number of measured trees of the row's group for the calibration, -1 if it has the fit's
