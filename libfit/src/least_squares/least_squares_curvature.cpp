@@ -13,6 +13,7 @@ namespace {
 constexpr Index kBlock = 1024;  // rows at a time
 
 /// (rows x K) values of the model's parameters.
+/// \param coefficients  (column_count())
 MatrixXd parameter_values(const NonlinearModel& model,
                           const VectorXd& coefficients,
                           Index begin,
@@ -63,11 +64,12 @@ MatrixXd residual_curvature(const NonlinearModel& model,
                             const VectorXd& residuals) {
   const data::Program program = second_derivatives(model);
   const Index p = coefficients.size();
+  const VectorXd all = model.extended(coefficients);
   MatrixXd result = MatrixXd::Zero(p, p);
   for (Index begin = 0; begin < model.observations(); begin += kBlock) {
     const Index rows = std::min(kBlock, model.observations() - begin);
     const MatrixXd second =
-        evaluate(model, program, parameter_values(model, coefficients, begin, rows), begin);
+        evaluate(model, program, parameter_values(model, all, begin, rows), begin);
     for (Index i = 0; i < p; ++i) {
       VectorXd moved = residuals.segment(begin, rows);
       model.design().differentiate(i, begin, rows, moved.data(), moved.data());

@@ -139,7 +139,7 @@ TEST_CASE("nested groups have the known effects of both groupings") {
   CHECK(prediction.value[0] == Approx(curve(1.5 + 0.4 * 0.25 + 0.2, 0.75, 10.0)).epsilon(1e-14));
   CHECK(prediction.value[1] == Approx(curve(1.5 + 0.4 * 0.5 - 0.1, 0.68, 20.0)).epsilon(1e-14));
   // Plot 9 is new, but its stand is known.
-  CHECK(prediction.unknown_terms[3] == 1);
+  CHECK(prediction.unknown_terms[3] == 2);
   CHECK(prediction.value[3] == Approx(curve(1.5 + 0.4, 0.75, 30.0)).epsilon(1e-14));
 }
 
