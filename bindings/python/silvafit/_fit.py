@@ -156,7 +156,9 @@ class Fit(Predictions, Inference):
 
     def with_data(self, data: Any) -> "Fit":
         """The same fit with the data that it was made of, for a fit that was read from a file."""
-        return Fit(self._core, self._frame_for(data), self._arguments)
+        frame = self._frame_for(data)
+        self._residuals(frame)  # refuses other data
+        return Fit(self._core, frame, self._arguments)
 
     def update(self, formula: Optional[str] = None, data: Any = None, **changes: Any) -> "Fit":
         """Fit again with some arguments of `silvafit.fit` changed.
