@@ -21,6 +21,7 @@ constexpr double kCrownOfStandMeters = 25.0;
 constexpr double kStoutestStand = 20.0;  // h/dbh, both in the same unit
 constexpr double kSlenderestStand = 200.0;
 constexpr double kUsualSlenderness = 80.0;
+constexpr double kThin = 0.9;  // cm
 
 struct Unit {
   std::string_view name{};        ///< empty: cm for dbh, m for others
@@ -107,6 +108,11 @@ class Judge {
  public:
   Judge(const std::vector<SizeColumn>& columns, const std::string& file);
   void check() const;
+  bool is_usual() const {
+    return medians_.slenderness >= kLowestUsualSlenderness &&
+           medians_.slenderness <= kHighestUsualSlenderness;
+  }
+  bool is_sapling() const { return medians_.dbh_cm > 0.0 && medians_.dbh_cm < kThin; }
   std::span<const double> values(std::string_view name) const;
 
  private:
@@ -151,7 +157,6 @@ std::span<const double> Judge::values(std::string_view name) const {
 bool Judge::is_dbh_wrong() const {
   constexpr double kThick = 60.0;
   constexpr double kStoutest = 12.0;
-  constexpr double kThin = 0.9;
   constexpr double kSlenderest = 600.0;
   const auto& [dbh, h, slenderness] = medians_;
   // Giants are tall, too: known heights decide.
@@ -268,6 +273,43 @@ void Judge::check() const {
 
 }  // namespace
 
+/// What is wrong with the sizes of a species, if those of another are usual; empty if nothing is.
+/// Shrubs and saplings may be much thinner than other species.
+std::string species_in_other_units(const data::TextColumn& species,
+                                   const std::vector<SizeColumn>& columns,
+                                   const std::string& file) {
+  constexpr std::size_t kFewestTrees = 5;
+  std::vector<std::vector<std::size_t>> rows(species.levels().size());
+  for (std::size_t row = 0; row < species.size(); ++row) {
+    if (!species.is_missing(row)) rows[species.code(row)].push_back(row);
+  }
+  std::string first;
+  bool has_others = false;
+  for (std::size_t code = 0; code < rows.size(); ++code) {
+    if (rows[code].size() < kFewestTrees) continue;
+    std::vector<std::vector<double>> values(columns.size());
+    std::vector<SizeColumn> own = columns;
+    for (std::size_t k = 0; k < columns.size(); ++k) {
+      for (const std::size_t row : rows[code]) values[k].push_back(columns[k].values[row]);
+      own[k].values = values[k];
+    }
+    const Judge judge(own, file);
+    if (judge.is_sapling()) continue;
+    try {
+      judge.check();
+      has_others = has_others || judge.is_usual();
+    } catch (const InputError& error) {
+      if (!first.empty()) continue;
+      first = fmt::format(
+          "the file mixes units: of species {}, unlike others, {}; correct the file; if the values "
+          "are correct, use `trust_units=true`",
+          species.levels()[code],
+          error.message().substr(0, error.message().find(';')));
+    }
+  }
+  return has_others ? first : std::string();
+}
+
 void check_units_of_trees(const data::TextColumn& plot,
                           const data::TextColumn& species,
                           const std::vector<SizeColumn>& columns,
@@ -281,6 +323,8 @@ void check_units_of_trees(const data::TextColumn& plot,
   // First, because messages about whole columns would be wrong for a part of the plots.
   const std::string mixed = describe_mixed_units(find_mixed_units(trees));
   if (!mixed.empty()) throw InputError(mixed, {.file = file, .column = "dbh, h"});
+  const std::string odd = species_in_other_units(species, columns, file);
+  if (!odd.empty()) throw InputError(odd, {.file = file, .column = "species"});
   judge.check();
 }
 
