@@ -19,6 +19,11 @@ void ReportMaker::note_areas() {
          "hectare are too large; give `window`, `circle` or `plot_area`" +
          offered_});
   }
+  if (options_.plot_area_m2 && !offered_.empty()) {
+    note({fmt::format("every plot counts as {:.10g} m2 by `plot_area`; keep this{}",
+                      *options_.plot_area_m2,
+                      offered_)});
+  }
   if (plots_without_window_.empty()) return;
   note({fmt::format(
       "{} not counted, with {}: plot {}; fewer than three trees, or trees on one line, have no "
