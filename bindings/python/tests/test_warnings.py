@@ -118,3 +118,11 @@ def test_rows_of_a_table_of_plots_are_not_those_of_trees(inventory):
     plots = pd.DataFrame({"plot": inventory["plot"].unique(), "area": -1.0})
     with pytest.raises(sf.InputError, match="plots:1: area: -1 must be above 0"):
         sf.stand_summary(inventory.set_axis([f"t{k}" for k in range(len(inventory))]), plots=plots)
+
+
+def test_a_species_in_feet_is_said_by_fits(inventory):
+    trees = inventory[inventory["species"].isin(["SM", "BHN"]) & (inventory["dbh"] > 10)]
+    feet = trees.assign(h=trees["h"].where(trees["species"] == "BHN", 4 * trees["h"]))
+    fit, texts = told(lambda: sf.fit(FORMULA, feet))
+    assert any("of species SM, unlike others, h has the median" in text for text in texts)
+    assert set(fit.data.columns) == {"h", "dbh"} and not told(lambda: sf.fit(FORMULA, trees))[1]
