@@ -210,3 +210,37 @@ TEST_CASE("a species in other units among others is named if its trees are impos
   CHECK(species_in_units(1.0, 1.0, 0.4, 1.6).empty());
   CHECK(species_in_units(1.0, 1.0, 240.0, 70.0).empty());
 }
+
+TEST_CASE("dbh and h that are exchanged are refused, and stands of any age are not") {
+  Random random(8);
+  const auto error_of = [](const std::vector<double>& dbh,
+                           const std::vector<double>& h) -> std::string {
+    TextColumn plot;
+    for (std::size_t i = 0; i < dbh.size(); ++i) plot.append("1");
+    try {
+      check_units_of_trees(plot,
+                           {},
+                           {{.name = "dbh", .source = "D", .values = dbh},
+                            {.name = "h", .source = "H", .values = h}},
+                           "t.csv");
+    } catch (const silvafit::InputError& error) {
+      return error.what();
+    }
+    return {};
+  };
+  for (int round = 0; round < 50; ++round) {
+    Stands all;
+    for (int i = 0; i < 4; ++i) {
+      all.add("P" + std::to_string(i),
+              18.0 + 10.0 * random.uniform(),
+              24.0 + 6.0 * random.uniform(),
+              random);
+    }
+    CHECK_THAT(error_of(all.h, all.dbh), Catch::Matchers::Contains("use `columns=dbh=H,h=D`"));
+    CHECK(error_of(all.dbh, all.h).empty());
+    Stands ages;
+    ages.add("saplings", 2.0 + 2.0 * random.uniform(), 18.0 + 8.0 * random.uniform(), random);
+    ages.add("mature", 25.0 + 15.0 * random.uniform(), 22.0 + 12.0 * random.uniform(), random);
+    CHECK(error_of(ages.dbh, ages.h).empty());
+  }
+}

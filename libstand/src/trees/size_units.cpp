@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -125,6 +126,7 @@ class Judge {
   std::vector<std::string> advice_on_length(const SizeColumn& length, double most) const;
   [[noreturn]] void refuse(const SizeColumn& wrong, const std::vector<std::string>& advice) const;
   void check_length(std::string_view name, double most) const;
+  void check_exchange() const;
 
   const std::vector<SizeColumn>& columns_;
   const std::string& file_;
@@ -261,6 +263,38 @@ void Judge::check_length(std::string_view name, double most) const {
   refuse(*length, advice_on_length(*length, most));
 }
 
+/// Heights grow with a power of dbh below 1 (2/3 in McMahon 1973), so that they vary less.
+void Judge::check_exchange() const {
+  constexpr std::size_t kEnough = 30;
+  constexpr double kSteep = 1.3;
+  constexpr double kRelated = 0.6;
+  const std::span<const double> dbh = values("dbh");
+  const std::span<const double> h = values("h");
+  std::vector<double> log_dbh;
+  std::vector<double> log_h;
+  for (std::size_t i = 0; i < std::min(dbh.size(), h.size()); ++i) {
+    if (!(dbh[i] > 0.0 && h[i] > 0.0)) continue;
+    log_dbh.push_back(std::log(dbh[i]));
+    log_h.push_back(std::log(h[i]));
+  }
+  if (log_h.size() < kEnough) return;
+  const auto n = static_cast<Eigen::Index>(log_h.size());
+  Eigen::ArrayXd x = Eigen::Map<const Eigen::ArrayXd>(log_dbh.data(), n);
+  Eigen::ArrayXd y = Eigen::Map<const Eigen::ArrayXd>(log_h.data(), n);
+  x -= x.mean();
+  y -= y.mean();
+  const double spread_x = x.matrix().norm();
+  const double spread_y = y.matrix().norm();
+  if (spread_y < kSteep * spread_x || (x * y).sum() < kRelated * spread_x * spread_y) return;
+  throw InputError(fmt::format("h varies {:.2g} times as much as dbh between trees, but heights of "
+                               "trees vary less than diameters; if the columns are exchanged, use "
+                               "`columns=dbh={},h={}`; if not, use `trust_units=true`",
+                               spread_y / spread_x,
+                               column("h")->source,
+                               column("dbh")->source),
+                   {.file = file_, .column = "dbh, h"});
+}
+
 void Judge::check() const {
   if (is_h_wrong()) refuse(*column("h"), advice_on_trees());
   check_length("hcb", kHeightOfStandMeters);
@@ -269,6 +303,7 @@ void Judge::check() const {
   for (const std::string_view radius : {"cr_e", "cr_w", "cr_s", "cr_n"}) {
     check_length(radius, kCrownOfStandMeters / 2.0);
   }
+  check_exchange();
 }
 
 }  // namespace
