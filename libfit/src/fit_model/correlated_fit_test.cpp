@@ -331,6 +331,10 @@ TEST_CASE("Correlations at the ends of their ranges are boundary fits") {
     CHECK(fit.convergence.verdict().find(end.named) != std::string::npos);
     // nlme stops before the end, 1e-6 of the log-likelihood below it.
     CHECK(fit.log_likelihood == Approx(end.log_likelihood).margin(2e-6));
+    for (const fit::ParameterInterval& one : fit::confidence_intervals(fit, table).parameters) {
+      const bool is_of_correlation = one.name != "sigma" && one.kind != fit::ParameterKind::kFixed;
+      CHECK(std::isnan(one.lower) == is_of_correlation);
+    }
   }
   // Inside their ranges they are not.
   const data::Table others = four_times();
@@ -472,20 +476,6 @@ TEST_CASE("Correlations that cannot be told from the mean, or have no distances,
   CHECK(message_of([&] {
           correlated_fit(table, "exponential(Lon, Lat)");
         }).find("Lat seems to be in degrees") != std::string::npos);
-}
-
-TEST_CASE("Compound symmetry of one random effect is its variance") {
-  // lme(y ~ t, d, random = ~ 1 | g, method = "ML") of nlme 3.1-162.
-  const data::Table table = four_times();
-  const fit::FittedModel fit =
-      fit::fit_model(fit::specify_model(fit::ModelTexts{.formula = "h ~ a + b*t",
-                                                        .random = "a | plot",
-                                                        .covariance = {"compound-symmetry"}},
-                                        table),
-                     table)
-          .fit;
-  REQUIRE(fit.convergence.converged());
-  CHECK(fit.log_likelihood == Approx(-64.9829826662).margin(1e-8));
 }
 
 TEST_CASE("Rows of a prediction that are too near each other are refused, not read beyond an end") {
