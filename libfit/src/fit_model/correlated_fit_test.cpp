@@ -469,13 +469,16 @@ TEST_CASE("Correlations that cannot be told from the mean, or have no distances,
         }).find("all rows are one group") != std::string::npos);
   CHECK(message_of([&] { correlated_fit(table, "exponential(x, x)"); }).find("x is given twice") !=
         std::string::npos);
-  for (const char* const name : {"x", "y"}) {
-    table.set(std::string(name) == "x" ? "Lon" : "Lat",
-              std::vector<double>(table.numbers(name).begin(), table.numbers(name).end()));
+  // Meters on the ground at 53 degrees north, and as they are, like the grid of nlme's Wheat2.
+  for (const auto& [scale, is_degrees] : {std::pair(1.0 / 111000.0, true), std::pair(1.0, false)}) {
+    for (const auto& [from, to] : {std::pair("x", "Lon"), std::pair("y", "Lat")}) {
+      std::vector<double> values;
+      for (const double value : table.numbers(from)) values.push_back(53.0 + scale * value);
+      table.set(to, values);
+    }
+    const std::string message = message_of([&] { correlated_fit(table, "exponential(Lon, Lat)"); });
+    CHECK((message.find("Lat seems to be in degrees") != std::string::npos) == is_degrees);
   }
-  CHECK(message_of([&] {
-          correlated_fit(table, "exponential(Lon, Lat)");
-        }).find("Lat seems to be in degrees") != std::string::npos);
 }
 
 TEST_CASE("Rows of a prediction that are too near each other are refused, not read beyond an end") {

@@ -214,17 +214,20 @@ void require_near_unit(const Correlation& correlation, const CorrelationScale& s
 }
 
 /// \throws InputError if a coordinate is a latitude in degrees: the other one, a longitude, has
-///   shorter degrees
-void require_lengths(const NonlinearModel& model, const Correlation& correlation) {
+///   shorter degrees. Columns of this name can have other units, in which rows are not so near.
+void require_lengths(const NonlinearModel& model,
+                     const Correlation& correlation,
+                     const CorrelationScale& scale) {
   constexpr double kPole = 90.0;
+  constexpr double kNearDegrees = 0.01;  // a kilometer
   if (correlation.kind < Kind::kExponential || correlation.columns.size() < 2) return;
   for (const std::string& column : correlation.columns) {
     const std::string name = in_lower_case(column);
     if (name != "lat" && name != "latitude") continue;
-    if (model.column(column).cwiseAbs().maxCoeff() > kPole) continue;
+    if (scale.unit > kNearDegrees || model.column(column).cwiseAbs().maxCoeff() > kPole) continue;
     throw InputError(
-        fmt::format("{} seems to be in degrees, of which {} makes no distances; give "
-                    "coordinates in m, such as those of UTM",
+        fmt::format("{} seems to be in degrees, of which {} makes no distances; give coordinates "
+                    "in m, such as those of UTM",
                     column,
                     correlation.text()));
   }
@@ -246,7 +249,7 @@ void require_possible(const NonlinearModel& model,
         correlation.text(),
         first_word(correlation)));
   }
-  require_lengths(model, correlation);
+  require_lengths(model, correlation, scale);
   require_near_unit(correlation, scale);
   if (correlation.kind == Kind::kSymmetric && scale.times.size() > kMostTimes) {
     throw InputError(fmt::format(

@@ -167,6 +167,7 @@ void GrowthMaker::follow_plot(std::size_t number, LivingTrees& living) {
 }
 
 void GrowthMaker::follow_trees() {
+  check_visits(plots_, inventory_.file);
   LivingTrees living(inventory_);
   std::vector<std::string> once;
   for (std::size_t i = 0; i < plots_.size(); ++i) {
