@@ -554,8 +554,10 @@ void GrowthMaker::add_notes() {
                    kFastestCmPerYear,
                    data::list_of(too_fast)));
   note(shrunk,
-       fmt::format("{} negative and kept: errors of measurement, or bark that was lost",
-                   counted(shrunk, "dbh increment is", "dbh increments are")));
+       fmt::format(
+           "{} negative and kept: errors of measurement, or bark that was lost{}",
+           counted(shrunk, "dbh increment is", "dbh increments are"),
+           2 * shrunk > report_.trees.size() ? "; these are most of all: check the times" : ""));
 }
 
 GrowthReport GrowthMaker::run() {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <string_view>
 #include <utility>
@@ -51,13 +52,23 @@ std::string similarity_key(const std::string& label) {
   return key;
 }
 
+/// Whether a label is probably a code of missing values. Codes that are words, such as none and nb,
+/// may be values.
+bool is_likely_code(const std::string& label) {
+  double value = 0.0;
+  if (data::parse_number(label, value)) return std::isnan(value) || data::is_missing_code(value);
+  const std::string text = folded(label);
+  const auto is_letter = [](char c) { return c >= 'a' && c <= 'z'; };
+  const bool is_word = std::ranges::all_of(text, is_letter) && text != "nan" && text != "null";
+  return !is_word && data::is_missing_number(label);
+}
+
 }  // namespace
 
 std::string describe_similar_labels(const data::TextColumn& labels, const std::string& of) {
   const std::vector<std::string>& levels = labels.levels();
   for (const std::string& level : levels) {
-    double value = 0.0;
-    if (!data::parse_number(level, value) || !data::is_missing_code(value)) continue;
+    if (!is_likely_code(level)) continue;
     return fmt::format(
         "{0} is a label of {1}; if it is a code of missing values, leave these "
         "fields empty, or name it with `missing={0}`",

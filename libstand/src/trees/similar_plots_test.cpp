@@ -28,7 +28,9 @@ TEST_CASE("plots whose labels differ in capitals or zeros are named") {
 
 TEST_CASE("a label that is a code of missing values is named") {
   CHECK_THAT(note_on({"1", "-9999"}), Contains("-9999 is a label of plot;"));
-  CHECK(note_on({"9999", "-1"}).empty());
+  CHECK_THAT(note_on({"1", "n/a"}), Contains("n/a is a label of plot;"));
+  CHECK_THAT(note_on({"-", "A"}), Contains("- is a label of plot;"));
+  CHECK(note_on({"9999", "-1", "none", "NB"}).empty());
 }
 
 TEST_CASE("plots with other labels are not") {

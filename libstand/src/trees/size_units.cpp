@@ -67,10 +67,11 @@ std::string_view unbracketed(std::string_view text) {
   return is_bracketed ? text.substr(1, text.size() - 2) : text;
 }
 
-/// The median of the positive values; 0 if there are none.
+/// The median of the positive, finite values; 0 if there are none.
 double positive_median(std::span<const double> values) {
   std::vector<double> positive;
-  std::ranges::copy_if(values, std::back_inserter(positive), [](double v) { return v > 0.0; });
+  std::ranges::copy_if(
+      values, std::back_inserter(positive), [](double v) { return v > 0.0 && std::isfinite(v); });
   return positive.empty() ? 0.0 : median(std::move(positive));
 }
 
@@ -273,7 +274,7 @@ void Judge::check_exchange() const {
   std::vector<double> log_dbh;
   std::vector<double> log_h;
   for (std::size_t i = 0; i < std::min(dbh.size(), h.size()); ++i) {
-    if (!(dbh[i] > 0.0 && h[i] > 0.0)) continue;
+    if (!(dbh[i] > 0.0 && h[i] > 0.0) || std::isinf(dbh[i]) || std::isinf(h[i])) continue;
     log_dbh.push_back(std::log(dbh[i]));
     log_h.push_back(std::log(h[i]));
   }

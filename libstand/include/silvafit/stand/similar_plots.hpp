@@ -9,8 +9,8 @@
 namespace silvafit::stand {
 
 /// A note on labels that differ only in case, accents, blanks, leading zeros or needless decimals,
-/// such as `001`, `1` and `1.0`: labels are compared as text. Also on -9999, a code of missing
-/// values in columns of numbers. Empty if there are none.
+/// such as `001`, `1` and `1.0`: labels are compared as text. Also on -9999 and n/a, codes
+/// of missing values in columns of numbers. Empty if there are none.
 /// \param of  what the labels name
 std::string describe_similar_labels(const data::TextColumn& labels, const std::string& of = "plot");
 
