@@ -557,7 +557,7 @@ void GrowthMaker::add_notes() {
        fmt::format(
            "{} negative and kept: errors of measurement, or bark that was lost{}",
            counted(shrunk, "dbh increment is", "dbh increments are"),
-           2 * shrunk > report_.trees.size() ? "; these are most of all: check the times" : ""));
+           2 * shrunk > report_.trees.size() ? "; that is most of them: check the times" : ""));
 }
 
 GrowthReport GrowthMaker::run() {

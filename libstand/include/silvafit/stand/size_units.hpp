@@ -53,8 +53,11 @@ struct SizeColumn {
 /// Plots are compared by find_mixed_units(). Medians of columns, and of those of each species, are
 /// judged by what stands of trees can have: limits of sizes, and the height at which a stem of the
 /// dbh buckles under its own weight, 95 (dbh/m)^(2/3) m (McMahon 1973, Science 179: 1201-1204, from
-/// which no tree of 576 is higher); palms reach a quarter more (Rich 1986). \param plot, species
-/// (N); empty: unknown \throws InputError with the conversions that make plausible trees
+/// which no tree of 576 is higher); palms reach a quarter more (Rich 1986). Also refuses dbh and h
+/// that are exchanged: heights vary less than diameters.
+///
+/// \param plot, species  (N); empty: unknown
+/// \throws InputError with the conversions that make plausible trees
 void check_units_of_trees(const data::TextColumn& plot,
                           const data::TextColumn& species,
                           const std::vector<SizeColumn>& columns,
