@@ -203,6 +203,27 @@ class Stand(ProgramTest):
         result = self.run_json("stand", "inventory.csv", "--plot-area", "900")
         self.assertIsNone(result["structure"])
 
+    def test_an_area_in_the_file_that_is_not_used_is_said(self):
+        lines = inventory().splitlines()
+        self.write("inventory.csv", "\n".join([lines[0] + ",plot_area"] + [line + ",300" for line in lines[1:]]) + "\n")
+        said = self.run_program("stand", "inventory.csv", "--plot-area", "900").stderr
+        self.assertIn("every plot counts as 900 m2 by --plot-area; keep this, or read it from column 'plot_area' of this file", said)
+
+    def test_a_basal_area_of_circumferences_is_said(self):
+        lines = [line.split(",") for line in inventory().splitlines()]
+        girths = [lines[0]] + [[*line[:5], f"{float(line[5]) * math.pi:.1f}", *line[6:]] for line in lines[1:]]
+        self.write("girths.csv", "\n".join(",".join(line) for line in girths) + "\n")
+        asked = "check the areas, and that dbh is the diameter in cm"
+        self.assertIn(asked, self.run_program("stand", "girths.csv", "--plot-area", "900").stderr)
+        self.assertNotIn(asked, self.run_program("stand", "girths.csv", "--plot-area", "900", "--columns", "dbh=dbh/pi").stderr)
+
+    def test_a_tree_without_dbh_is_not_outside_a_window(self):
+        lines = inventory().splitlines()
+        self.write("inventory.csv", "\n".join([*lines, "1,99,SM,15,15,,,"]) + "\n")
+        said = self.run_program("stand", "inventory.csv", "--plot-area", "900").stderr
+        self.assertIn("1 tree is without dbh", said)
+        self.assertNotIn("outside the windows", said)
+
 
     def test_areas_come_from_a_column_of_the_inventory(self):
         rows = ["plot,tree,species,dbh,h,PLOT_AREA"]

@@ -34,6 +34,14 @@ def check_number(name: str, value: Any) -> None:
         raise UsageError(f"{value!r} is not a number", column=name)
 
 
+def coverage_of_alpha(alpha: Any) -> float:
+    """The coverage of intervals of an alpha as in statsmodels, which is easily mistaken for the coverage."""
+    check_number("alpha", alpha)
+    if 0.5 < alpha < 1.0:
+        warn(f"alpha={alpha:g} is a coverage of {100 * (1 - alpha):g} %; for {100 * alpha:g} % use alpha={1 - alpha:g}")
+    return 1.0 - float(alpha)
+
+
 class Error(Exception):
     """Base of all errors of silvafit.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import os
 import pathlib
 from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
@@ -112,7 +113,9 @@ def _fitted(arguments: Dict[str, Any], data: Any, trace: bool) -> Tuple[Any, Fra
     mentioned = list(dict.fromkeys(numbers + names + (["dbh", "h"] if model else [])))
     if isinstance(data, Frame):
         _check_kept(data, mentioned)
-    frame = model_frame(data, keywords["parameters"], mentioned, response)
+    # Units are compared between plots and species.
+    labels = [name for name in ("plot", "species") if name not in mentioned and {"dbh", "h"} <= {*mentioned, response}]
+    frame = model_frame(data, keywords["parameters"], mentioned + labels, response)
     if not set(names) <= set(frame.names):
         frame = frame_of(data)  # the message lists all columns
     with contextlib.suppress(TypeError, AttributeError):  # the libraries say what is no bound
@@ -121,7 +124,11 @@ def _fitted(arguments: Dict[str, Any], data: Any, trace: bool) -> Tuple[Any, Fra
     # A name of the formula that is no column may be a misspelt one.
     keywords.update(columns=list(dict.fromkeys([*frame.names, *frame.table.names])), trace=trace,
                     catalogue=_location.catalogue() if model else None)
-    return analysis("fit", frame, listener=Listener(), **keywords).fits[0][1], frame
+    fitted = analysis("fit", frame, listener=Listener(), **keywords).fits[0][1]
+    if not labels:
+        return fitted, frame
+    kept = [(name, column) for name, column in frame.table.columns() if name not in labels]
+    return fitted, dataclasses.replace(frame, table=_core.table(frame.table.rows, kept))
 
 
 def formula_of(text: str) -> Tuple[Optional[str], str]:
@@ -156,7 +163,9 @@ class Fit(Predictions, Inference):
 
     def with_data(self, data: Any) -> "Fit":
         """The same fit with the data that it was made of, for a fit that was read from a file."""
-        return Fit(self._core, self._frame_for(data), self._arguments)
+        frame = self._frame_for(data)
+        self._residuals(frame)  # refuses other data
+        return Fit(self._core, frame, self._arguments)
 
     def update(self, formula: Optional[str] = None, data: Any = None, **changes: Any) -> "Fit":
         """Fit again with some arguments of `silvafit.fit` changed.

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from ._analysis import Result, analysis
-from ._errors import UsageError, check_number, check_text, warn
+from ._errors import UsageError, check_text, coverage_of_alpha, warn
 from ._estimates import Estimates
 from ._listener import Listener
 from ._restrictions import linear_restrictions
@@ -48,8 +48,7 @@ class Inference(Estimates):
 
     def conf_int(self, alpha: float = 0.05, method: str = "wald") -> pd.DataFrame:
         """Confidence limits of the coefficients: columns 0 and 1, as in statsmodels. See `intervals`."""
-        check_number("alpha", alpha)
-        found = self.intervals(method, 1.0 - alpha)
+        found = self.intervals(method, coverage_of_alpha(alpha))
         return found.loc[found["kind"] == "fixed", ["lower", "upper"]].set_axis([0, 1], axis=1)
 
     def wald_test_terms(self, sequential: bool = False) -> pd.DataFrame:

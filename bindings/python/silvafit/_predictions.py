@@ -10,7 +10,7 @@ import pandas as pd
 from . import _location
 from ._analysis import Result, analysis
 from ._data import Frame, restored_labels
-from ._errors import InputError, UsageError, check_number, check_text
+from ._errors import InputError, UsageError, check_text, coverage_of_alpha
 from ._estimates import Estimates
 from ._words import word
 
@@ -213,8 +213,7 @@ class Prediction:
         self.se_mean: pd.Series = columns["se"].rename("se_mean")
 
     def _predict(self, interval: str, alpha: float) -> pd.DataFrame:
-        check_number("alpha", alpha)
-        return pd.DataFrame(self._fit.predict(self._data, interval=interval, coverage=1.0 - alpha, standard_errors=True,
+        return pd.DataFrame(self._fit.predict(self._data, interval=interval, coverage=coverage_of_alpha(alpha), standard_errors=True,
                                               **self._options))
 
     def conf_int(self, obs: bool = False, alpha: float = 0.05) -> pd.DataFrame:

@@ -261,6 +261,9 @@ def test_fits_are_written_and_read_as_json(mixed, stands, tmp_path):
         with pytest.raises(sf.UsageError, match="with_data"):
             read.residuals()
         assert read.with_data(stands).residuals().equals(mixed.residuals())
+        for others in (stands.iloc[:50], stands.assign(h=2 * stands["h"])):
+            with pytest.raises(sf.InputError, match="these are not the data of the fit"):
+                read.with_data(others)
 
 
 def test_structural_indices_are_computed_for_sub_models(inventory):

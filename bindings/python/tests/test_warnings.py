@@ -105,3 +105,24 @@ def test_trees_that_are_not_grown_are_named(inventory, tmp_path):
     trees = inventory.head(3).assign(dbh=[20.0, np.nan, 30.0])
     grown, texts = told(lambda: sf.grow(trees, tmp_path / "stand.glb", lod=[3]))
     assert len(grown["trees"]) == 2 and len(texts) == 1 and texts[0].startswith("row 1: dbh: is missing")
+
+
+def test_an_alpha_that_is_a_coverage_is_said(inventory):
+    fit = sf.fit(FORMULA, inventory[inventory["species"] == "SM"])
+    for call in (lambda: fit.conf_int(0.95), lambda: fit.get_prediction({"dbh": [20.0]}).conf_int(alpha=0.95)):
+        assert told(call)[1] == ["alpha=0.95 is a coverage of 5 %; for 95 % use alpha=0.05"]
+    assert not told(fit.conf_int)[1]
+
+
+def test_rows_of_a_table_of_plots_are_not_those_of_trees(inventory):
+    plots = pd.DataFrame({"plot": inventory["plot"].unique(), "area": -1.0})
+    with pytest.raises(sf.InputError, match="plots:1: area: -1 must be above 0"):
+        sf.stand_summary(inventory.set_axis([f"t{k}" for k in range(len(inventory))]), plots=plots)
+
+
+def test_a_species_in_feet_is_said_by_fits(inventory):
+    trees = inventory[inventory["species"].isin(["SM", "BHN"]) & (inventory["dbh"] > 10)]
+    feet = trees.assign(h=trees["h"].where(trees["species"] == "BHN", 4 * trees["h"]))
+    fit, texts = told(lambda: sf.fit(FORMULA, feet))
+    assert any("of species SM, unlike others, h has the median" in text for text in texts)
+    assert set(fit.data.columns) == {"h", "dbh"} and not told(lambda: sf.fit(FORMULA, trees))[1]

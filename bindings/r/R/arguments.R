@@ -74,7 +74,7 @@ strict <- function(method, also = character(), instead = character()) {
   method
 }
 
-# Stops if the caller got arguments in its `...`. The suggestion is the argument that accepts the value, or the nearest name.
+# Stops if the caller got arguments in its `...`. The suggestion is the nearest name, or the argument that accepts the value.
 #
 # \param given     list(...) of the caller
 # \param also      further names that the caller accepts in its `...`
@@ -93,9 +93,9 @@ no_further <- function(given, also = character(), instead = character(), accepte
   stop_unknown(name, available, shown = if (length(also) > 20) own else available, near = argument_with_value(given[[bad[1]]], accepted))
 }
 
-# \param near  what was meant, if that is known
+# \param near  what may be meant, if no name is like it
 stop_unknown <- function(name, available, what = "unknown argument", shown = available, near = character()) {
-  if (length(near) == 0) near <- near_argument(name, available)
+  near <- c(near_argument(name, available), near)
   stop_usage(what, " '", name, "'", if (length(near) > 0) paste0("; did you mean '", near[1], "'?") else available_text(shown))
 }
 

@@ -16,7 +16,7 @@ not_numbers <- c("Date", "POSIXt", "difftime", "integer64")
 plain_columns <- function(data, names = NULL) {
   if (is.null(names)) {
     # Dates of inventories are texts, also as labels.
-    for (name in base::names(data)) if (inherits(data[[name]], c("Date", "POSIXt"))) data[[name]] <- ifelse(is.na(data[[name]]), NA, format(data[[name]]))
+    for (name in base::names(data)) if (inherits(data[[name]], c("Date", "POSIXt"))) data[[name]] <- date_text(data[[name]])
     usable <- vapply(data, function(column) {
       (is.factor(column) || is.character(column) || is.logical(column) || is.numeric(column)) &&
         is.null(dim(column)) && !inherits(column, not_numbers)
@@ -26,6 +26,14 @@ plain_columns <- function(data, names = NULL) {
   columns <- lapply(names, function(name) plain_column(data[[name]], name))
   base::names(columns) <- names
   columns
+}
+
+# The text of a time does not depend on those of other rows: a time of the day that is midnight has none.
+date_text <- function(times) {
+  days <- format(times, "%Y-%m-%d")
+  if (inherits(times, "Date")) return(days)
+  clock <- format(times, "%H:%M:%S")
+  ifelse(clock == "00:00:00", days, paste(days, clock))
 }
 
 # Points of sf become the columns x and y, in meters.

@@ -25,7 +25,7 @@ correlation_text <- function(correlation, groups) {
   own <- setdiff(group, groups)
   if (length(own) > 1) own <- group[length(group)]
   # nlme's compound symmetry ignores the time.
-  columns <- if (class == "corCompSymm") character() else vapply(all.vars(expression), name_text, "")
+  columns <- if (class == "corCompSymm") character() else vapply(plain_terms(expression), name_text, "")
   if (class == "corARMA") columns <- c(attr(correlation, "p"), attr(correlation, "q"), columns)
   inside <- paste(columns, collapse = ", ")
   if (length(own) > 0) inside <- paste(if (length(all.vars(expression)) == 0 || class == "corCompSymm") paste(c(columns, "1"), collapse = ", ") else inside, "|", name_text(own))
@@ -33,10 +33,25 @@ correlation_text <- function(correlation, groups) {
   paste0(correlation_classes[[class]], if (inside != "") paste0("(", inside, ")"))
 }
 
+# The columns of ~ 1, ~ time, ~ x + y. Predictions need them, so that they are no expressions.
+plain_terms <- function(expression) {
+  if (identical(expression, 1)) return(character())
+  if (is.name(expression)) return(as.character(expression))
+  if (is.call(expression) && identical(expression[[1]], quote(`+`)) && length(expression) == 3) return(c(plain_terms(expression[[2]]), plain_terms(expression[[3]])))
+  stop_formula("a correlation over ", deparse1(expression), " is not available; add a column to the data")
+}
+
 # The groups of a correlation are within those of the random effects, as nlme requires; it has no crossed ones.
 check_nesting <- function(correlation, effects, data) {
   groups <- effects$groups
-  if (!inherits(correlation, "corStruct") || length(groups) == 0 || grepl("\\|[^;]*[+]", effects$text)) return(invisible())
+  if (!inherits(correlation, "corStruct")) return(invisible())
+  nested <- setdiff(all.vars(nlme::getGroupsFormula(correlation)), groups)
+  if (length(nested) > 1 && all(nested %in% names(data))) {
+    levels <- unique(data[nested])
+    last <- nested[length(nested)]
+    if (anyDuplicated(levels[[last]]) > 0) stop_usage("`correlation`: labels of ", last, " recur in other groups of ", nested[1], "; add a column with labels of their own, such as interaction(", paste(nested, collapse = ", "), ")")
+  }
+  if (length(groups) == 0 || grepl("\\|[^;]*[+]", effects$text)) return(invisible())
   own <- all.vars(nlme::getGroupsFormula(correlation))
   if (length(own) == 0 || length(intersect(own, groups)) > 0 || !all(own %in% names(data))) return(invisible())
   levels <- unique(data[c(own, groups)])

@@ -480,14 +480,6 @@ with_data <- function(object, data) {
   frame <- data[columns]
   found <- analysis_of_fit("residuals", object, data = frame)
   result <- found$tables$rows
-  # The mean absolute errors with random effects differ if groups do.
-  errors <- c(mean(abs(result$observed - result$fitted_population)), mean(abs(result$observed - result$fitted_conditional)))
-  known <- unlist(lapply(fit$statistics[c("population", if (has_random(object)) "conditional")], `[[`, "mae"))
-  errors <- errors[seq_along(known)]
-  if (length(found$rows) != fit$n || !isTRUE(all.equal(errors, unname(known), tolerance = 1e-6))) {
-    stop_input("`data` are not the data of the fit: they have ", length(found$rows), " complete rows with the mean absolute error ", paste(signif(errors, 6), collapse = " and "),
-               ", the fit has ", fit$n, " with ", paste(signif(known, 6), collapse = " and "), if (length(known) > 1) " (population and conditional)")
-  }
   object$frame <- rows_of(frame, found$rows)
   object$data <- given
   object$units <- units_of(given)

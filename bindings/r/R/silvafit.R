@@ -122,6 +122,9 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   omit <- check_missing(frame, na.action)
   # The domain of a model of the catalogue may have a condition on these.
   columns <- c(frame, if (!is.null(id)) rows_of(data, rows)[setdiff(intersect(c("dbh", "h"), names(data)), names(frame))])
+  # Units are compared between plots and species.
+  others <- if (all(c("dbh", "h") %in% names(columns))) Filter(is.atomic, rows_of(data, rows)[setdiff(intersect(c("plot", "species"), names(data)), names(columns))])
+  columns <- c(columns, lapply(others, as.character))
   result <- analysis("fit", plain_columns(columns, names(columns)), c(model$texts, list(model = id, derive = derived_texts(derive, model)), options), folder = if (is.null(id)) "" else data_folder())
   tell_notes(result$notes)
   object <- new_fit(result, model, call, options, na.action = omit)

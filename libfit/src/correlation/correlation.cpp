@@ -85,6 +85,14 @@ void require_columns(const Correlation& correlation, std::string_view text) {
   }
 }
 
+void require_different(const std::vector<std::string>& columns, std::string_view text) {
+  for (std::size_t k = 1; k < columns.size(); ++k) {
+    if (std::ranges::count(columns, columns[k]) < 2) continue;
+    throw FormulaError(
+        fmt::format("{} is given twice; a distance has each coordinate once", columns[k]), text, 1);
+  }
+}
+
 /// Reads `x, y | plot` and, after a semicolon, `nugget`.
 void parse_arguments(std::string_view text, Part whole, Correlation& result) {
   const std::vector<Part> halves = split(text, whole.begin, whole.end, ';');
@@ -126,6 +134,7 @@ Correlation parse_correlation(std::string_view text) {
     throw FormulaError("arma needs its two orders: arma(1, 1)", text, whole.end);
   }
   require_columns(result, text);
+  require_different(result.columns, text);
   return result;
 }
 

@@ -72,7 +72,9 @@ std::vector<VectorXd> CorrelationStructure::starts() const {
       // Moving averages and symmetric structures have one maximum near.
       result.push_back(VectorXd::Zero(m));
       if (correlation_.kind == Kind::kSymmetric) return result;
-      for (const double phi : {-0.5, 0.5, 0.9}) {
+      for (const double nearest : {-0.5, 0.5, 0.9}) {
+        if (nearest < 0.0 && scale_.is_even) continue;
+        const double phi = std::copysign(std::pow(std::abs(nearest), 1.0 / scale_.unit), nearest);
         result.push_back(VectorXd::Zero(m));
         result.back()[0] = 2.0 * std::atanh(phi);
       }

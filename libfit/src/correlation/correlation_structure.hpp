@@ -27,6 +27,7 @@ class PairCorrelation {
 struct CorrelationScale {
   double unit = 1.0;            ///< a typical smallest distance, one unit of range
   double farthest = 1.0;        ///< the largest distance
+  bool is_even = true;          ///< all differences of times are, so that ar1 has no sign
   Eigen::Index largest = 2;     ///< rows of the largest group
   std::vector<double> times{};  ///< of a symmetric structure, ascending
 };

@@ -331,6 +331,10 @@ TEST_CASE("Correlations at the ends of their ranges are boundary fits") {
     CHECK(fit.convergence.verdict().find(end.named) != std::string::npos);
     // nlme stops before the end, 1e-6 of the log-likelihood below it.
     CHECK(fit.log_likelihood == Approx(end.log_likelihood).margin(2e-6));
+    for (const fit::ParameterInterval& one : fit::confidence_intervals(fit, table).parameters) {
+      const bool is_of_correlation = one.name != "sigma" && one.kind != fit::ParameterKind::kFixed;
+      CHECK(std::isnan(one.lower) == is_of_correlation);
+    }
   }
   // Inside their ranges they are not.
   const data::Table others = four_times();
@@ -413,4 +417,81 @@ TEST_CASE("Profiles of a correlation at its end begin there") {
     // Limits are roots to 1e-6 of the deviance's root, of which phi is the seventh power or so.
     CHECK(own->upper == Approx(upper).epsilon(1e-5));
   }
+}
+
+namespace {
+
+data::Table with_times(data::Table table, double factor) {
+  std::vector<double> t;
+  for (const double time : table.numbers("t")) t.push_back(factor * time);
+  table.set("t", t);
+  return table;
+}
+
+}  // namespace
+
+TEST_CASE("The optimum of ar1 does not depend on the unit of time") {
+  // gls(y ~ t, d, correlation = corAR1(form = ~ t | g), method = "ML") of nlme 3.1-162, and the
+  // same with times of 100 t, where nlme needs a start near 0.99.
+  const data::Table table = four_times();
+  for (const char* const correlation : {"ar1(t | plot)", "arma(1, 0, t | plot)"}) {
+    for (const auto& [factor, phi] :
+         {std::pair(1.0, 0.5697056605), std::pair(100.0, 0.9943894544)}) {
+      INFO(correlation << " " << factor);
+      const fit::FittedModel fit = correlated_fit(with_times(table, factor), correlation, "").fit;
+      REQUIRE(fit.convergence.converged());
+      CHECK(fit.log_likelihood == Approx(-68.4597542573).margin(1e-8));
+      // nlme stops at a relative change of 1e-6.
+      CHECK(fit.variance.correlation->values[0] == Approx(phi).epsilon(2e-6));
+    }
+  }
+}
+
+TEST_CASE("Times whose unit is far from their differences are refused with another unit") {
+  const data::Table table = four_times();
+  for (const auto& [correlation, factor] : {std::pair("ar1(t | plot)", 3.2e7),
+                                            std::pair("car1(t | plot)", 1e-6),
+                                            std::pair("car1(t | plot)", 3.2e7),
+                                            std::pair("arma(1, 1, t | plot)", 40000.0)}) {
+    INFO(correlation << " " << factor);
+    const std::string message = message_of(
+        [&, of = correlation, by = factor] { correlated_fit(with_times(table, by), of, ""); });
+    CHECK(message.find("give the time in a unit near the differences") != std::string::npos);
+  }
+  CHECK(correlated_fit(with_times(table, 3.2e7), "exponential(t | plot)", "")
+            .fit.convergence.converged());
+}
+
+TEST_CASE("Correlations that cannot be told from the mean, or have no distances, are refused") {
+  data::Table table = simulated_trees(3, 5, 4.0, 0.0, 1);
+  CHECK(message_of([&] {
+          correlated_fit(table, "compound-symmetry", "");
+        }).find("all rows are one group") != std::string::npos);
+  CHECK(message_of([&] { correlated_fit(table, "exponential(x, x)"); }).find("x is given twice") !=
+        std::string::npos);
+  // Meters on the ground at 53 degrees north, and as they are, like the grid of nlme's Wheat2.
+  for (const auto& [scale, is_degrees] : {std::pair(1.0 / 111000.0, true), std::pair(1.0, false)}) {
+    for (const auto& [from, to] : {std::pair("x", "Lon"), std::pair("y", "Lat")}) {
+      std::vector<double> values;
+      for (const double value : table.numbers(from)) values.push_back(53.0 + scale * value);
+      table.set(to, values);
+    }
+    const std::string message = message_of([&] { correlated_fit(table, "exponential(Lon, Lat)"); });
+    CHECK((message.find("Lat seems to be in degrees") != std::string::npos) == is_degrees);
+  }
+}
+
+TEST_CASE("Rows of a prediction that are too near each other are refused, not read beyond an end") {
+  const data::Table table = simulated_trees(20, 8, 6.0, 0.0, 3);
+  const fit::FittedModel fit = correlated_fit(table, "gaussian(x, y)").fit;
+  data::Table near(3);
+  near.set("x", {1.0, 1.0 + 1e-9, 5.0});
+  near.set("y", {1.0, 1.0, 5.0});
+  near.set("z", {2.0, 2.0, 2.0});
+  near.set("h", {20.0, 21.0, std::nan("")});
+  data::TextColumn plot;
+  for (int i = 0; i < 3; ++i) plot.append("new");
+  near.set("plot", std::move(plot));
+  CHECK(message_of([&] { fit::calibrate(fit, near); }).find("are so near each other") !=
+        std::string::npos);
 }

@@ -117,6 +117,24 @@ TEST_CASE("a code of missing values that is the only negative value is named fir
   CHECK_FALSE(fitted_to("h ~ a + b*dbh").has_doubts());
 }
 
+TEST_CASE("a repeated value far from all others that may be a code is named first") {
+  const Table trees = doubted_trees();
+  const auto fitted_with = [&](const char* column, double code, const char* formula) {
+    Table table = trees;
+    std::vector<double> values(table.numbers(column).begin(), table.numbers(column).end());
+    values[4] = values[9] = values[12] = code;
+    table.set(column, values);
+    return fit_model(specify_model({.formula = formula}, table), table).fit.convergence;
+  };
+  CHECK_THAT(fitted_with("h", 0.0, "h ~ a + b*dbh").verdict(),
+             StartsWith("The value 0 in 3 rows of the column h is far from all others"));
+  CHECK_THAT(fitted_with("h", 99.9, "h ~ a + b*dbh").verdict(), StartsWith("The value 99.9 in 3"));
+  CHECK(fitted_with("dbh", 999.0, "h ~ a + b*dbh").has(Evidence::Kind::kMissingCode, "dbh"));
+  // Covariates of 0 are often real, as are other high values.
+  CHECK_FALSE(fitted_with("dbh", 0.0, "h ~ a + b*dbh").has_doubts());
+  CHECK_FALSE(fitted_with("dbh", 120.0, "h ~ a + b*dbh").has_doubts());
+}
+
 TEST_CASE("models that are not from texts are not doubted") {
   const Table table = doubted_trees();
   const auto result = fit_model(specify_model("h ~ dbh*hgt", {}, table), table);

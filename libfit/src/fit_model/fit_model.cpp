@@ -442,10 +442,11 @@ FitResult fit_by(const ModelSpecification& specification,
   };
   const auto mark_limit_of = [&](const ModelSpecification& fitted, FitResult& found) {
     const NonlinearModel model(fitted, table, options.threads, options.stop);
-    mark_limit(model, held_fit_of(fitted, {}, fit), found);
+    mark_limit(model, held_fit_of(fitted, {}, fit), found, options.bounds);
   };
-  // Bounds exclude limits.
-  const bool can_have_limit = options.bounds.empty() && method != Method::kOrdinary;
+  const bool finds_limits = method != Method::kOrdinary;
+  // With bounds the result is tested, not each fit on the way to it.
+  const bool can_have_limit = finds_limits && options.bounds.empty();
   const FreeFit whole_fit = [&](const ModelSpecification& fitted, const FittedModel* nearby) {
     FitResult found = fit(fitted, nearby);
     if (can_have_limit) mark_limit_of(fitted, found);
@@ -454,6 +455,13 @@ FitResult fit_by(const ModelSpecification& specification,
   const bool is_free = options.fixed.empty() && options.bounds.empty();
   FitResult result = is_free ? whole_fit(specification, nullptr)
                              : fit_constrained(specification, table, options, whole_fit, inside);
+  const bool is_at_bound = std::ranges::any_of(options.bounds, [&](const auto& bound) {
+    return result.fit.convergence.has(Evidence::Kind::kBoundary, bound.first);
+  });
+  if (finds_limits && !can_have_limit && !is_at_bound && options.fixed.empty() &&
+      result.fit.convergence.converged()) {
+    mark_limit_of(specification, result);
+  }
   const NonlinearModel model(specification, table, options.threads, options.stop);
   if (auto start = start_beyond_infinity(model, result.fit); is_free && !start.empty()) {
     FitModelOptions beyond = options;

@@ -6,6 +6,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/model_texts.hpp"
 
 using namespace silvafit;
 using namespace silvafit::fit;

@@ -48,18 +48,30 @@ bool has_end(const Convergence& convergence) {
          convergence.status == ConvergenceStatus::kIterationLimit;
 }
 
+bool are_within(const CoefficientBounds& bounds, const FittedModel& fit) {
+  for (std::size_t j = 0; j < fit.coefficient_names.size(); ++j) {
+    const auto found = bounds.find(fit.coefficient_names[j]);
+    const double value = fit.estimate[static_cast<Index>(j)];
+    if (found == bounds.end()) continue;
+    if (!(value >= found->second.low && value <= found->second.high)) return false;
+  }
+  return true;
+}
+
 /// Whether the likelihood with the coefficient held far towards one side is as high as that of the
 /// fit. Where the formula has no values so far away, nearer values are tried.
 bool is_flat_towards(const FittedModel& fit,
                      Index coefficient,
                      double sign,
-                     const HeldFit& held_fit) {
+                     const HeldFit& held_fit,
+                     const CoefficientBounds& bounds) {
   for (const double decades : {3.0, 2.0, 1.0, 0.3}) {
     const double value = fit.estimate[coefficient] * std::pow(10.0, sign * decades);
     const HeldValues held{{fit.coefficient_names[static_cast<std::size_t>(coefficient)], value}};
     for (const FittedModel* const nearby : {&fit, static_cast<const FittedModel*>(nullptr)}) {
       const FittedModel far = held_fit(held, nearby).fit;
-      if (far.log_likelihood >= fit.log_likelihood - kSameLikelihood) return true;
+      const bool is_as_high = far.log_likelihood >= fit.log_likelihood - kSameLikelihood;
+      if (is_as_high && are_within(bounds, far)) return true;
       if (far.convergence.converged() && nearby == nullptr) return false;
     }
   }
@@ -98,7 +110,10 @@ void state_expected_errors(const MatrixXd& expected, FittedModel& fit) {
 
 }  // namespace
 
-void mark_limit(const NonlinearModel& model, const HeldFit& held_fit, FitResult& result) {
+void mark_limit(const NonlinearModel& model,
+                const HeldFit& held_fit,
+                FitResult& result,
+                const CoefficientBounds& bounds) {
   FittedModel& fit = result.fit;
   const bool is_known = result.residual_sd.size() > 0 && result.residual_sd.allFinite();
   if (!has_end(fit.convergence) || !is_known) return;
@@ -108,8 +123,9 @@ void mark_limit(const NonlinearModel& model, const HeldFit& held_fit, FitResult&
   const auto held = std::ranges::find_if(loose, [&](Index j) {
     return !has_effects(fit.specification, fit.coefficient_names[static_cast<std::size_t>(j)]);
   });
-  const bool has_limit = held != loose.end() && (is_flat_towards(fit, *held, 1.0, held_fit) ||
-                                                 is_flat_towards(fit, *held, -1.0, held_fit));
+  const bool has_limit =
+      held != loose.end() && (is_flat_towards(fit, *held, 1.0, held_fit, bounds) ||
+                              is_flat_towards(fit, *held, -1.0, held_fit, bounds));
   if (!has_limit) {
     if (fit.convergence.converged() && has_understated_error(fit, expected, held_fit))
       state_expected_errors(expected, fit);

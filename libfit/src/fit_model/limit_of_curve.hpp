@@ -7,6 +7,8 @@
 
 namespace silvafit::fit {
 
+using CoefficientBounds = std::map<std::string, Bounds>;
+
 /// Marks a converged fit as one without a maximum if its curve is only a limit of the formula.
 ///
 /// a*(1 - exp(-k*x))^p approaches the power b*x^p for large a and small k. If the data show only
@@ -16,8 +18,12 @@ namespace silvafit::fit {
 /// of more than ten times their size (undetermined()). The one that is determined least is held up
 /// to a thousand times larger and smaller. The fit has no maximum if the highest likelihood with it
 /// held, far towards one side, is not lower than that of the fit.
-/// \param fit   of the whole model with some coefficients held
+/// \param fit     of the whole model with some coefficients held
+/// \param bounds  within which the limit has to be; one side of a range may be open
 /// Cost: without candidates one Jacobian; otherwise up to eight fits.
-void mark_limit(const NonlinearModel& model, const HeldFit& fit, FitResult& result);
+void mark_limit(const NonlinearModel& model,
+                const HeldFit& fit,
+                FitResult& result,
+                const CoefficientBounds& bounds = {});
 
 }  // namespace silvafit::fit

@@ -65,6 +65,24 @@ TEST_CASE("data of a power curve give a Richards curve no maximum") {
   }
 }
 
+TEST_CASE("a bound that leaves the way to a limit open gives no maximum either") {
+  // Michaelis-Menten's curve of a straight line, whose slope has the same likelihood: V and K grow.
+  const data::Table table = grouped(5, 0.3, [](double x) { return 0.5 * x + 0.001 * x * x; });
+  const char* const curve = "y ~ a*x/(K + x)";
+  const FittedModel line = fitted_by_group(table, "y ~ a*x", {.method = Method::kInteraction});
+  const FittedModel open = fitted_by_group(
+      table, curve, {.method = Method::kInteraction, .bounds = {{"K", {.low = 0.0}}}});
+  CAPTURE(open.convergence.verdict(), open.log_likelihood, line.log_likelihood);
+  CHECK(open.log_likelihood < line.log_likelihood + 1e-6);
+  CHECK_FALSE(open.convergence.converged());
+  // A bound on the way is where the likelihood is highest.
+  const FittedModel closed = fitted_by_group(
+      table,
+      curve,
+      {.method = Method::kInteraction, .bounds = {{"K", {.low = 0.0, .high = 1000.0}}}});
+  CHECK(closed.convergence.boundary() == std::vector<std::string>{"K = 1000, its upper bound"});
+}
+
 TEST_CASE("data of stands at their asymptote give a Richards curve no maximum") {
   // At ages of 5 and more all heights are at the asymptote: the limit is a constant.
   const data::Table table = grouped(3, 0.5, [](double) { return 20.0; });

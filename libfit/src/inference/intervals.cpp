@@ -72,6 +72,15 @@ void add_wald_derived(const FittedModel& fit, double level, Intervals& result) {
   }
 }
 
+/// Whether a parameter of the residuals' correlation is at an end of its range. Without a range the
+/// nugget has no effect.
+bool is_at_end(const FittedModel& fit, const NaturalParameter& parameter) {
+  const auto is_end = [&](std::string_view name) {
+    return fit.convergence.has(Evidence::Kind::kBoundary, name);
+  };
+  return is_end(parameter.name) || (parameter.name == "nugget" && is_end("range"));
+}
+
 void add_wald_others(const FittedModel& fit, const data::Table& table, Intervals& result) {
   const SurfaceSetting setting(fit, table);
   const auto surface = make_surface(setting);
@@ -88,7 +97,7 @@ void add_wald_others(const FittedModel& fit, const data::Table& table, Intervals
     const double middle = to_symmetric(parameter, estimate);
     double error = std::sqrt(covariance(static_cast<Index>(k), static_cast<Index>(k)));
     // Directions without curvature are not part of the inverse.
-    if (!(error > 0.0)) error = kNaN;
+    if (!(error > 0.0) || is_at_end(fit, parameter)) error = kNaN;
     ParameterInterval interval{.kind = parameter.kind,
                                .name = parameter.name,
                                .estimate = estimate,

@@ -200,22 +200,26 @@ CorrelationEnds correlation_ends(const NonlinearModel& model, const MixedEffects
     }
     return result;
   }
-  // The correlation at a typical smallest distance.
-  const double nearest = kind == Kind::kAr1 || kind == Kind::kCompoundSymmetry
-                             ? values[0]
-                             : structure.at(structure.unconstrained(values))
-                                   ->between(estimate.unit, 0.0, 0.0, nullptr);
+  // The correlation at a typical smallest distance, of ar1 with the sign of phi.
+  const double nearest =
+      kind == Kind::kAr1 || kind == Kind::kCompoundSymmetry
+          ? std::copysign(std::pow(std::abs(values[0]), estimate.unit), values[0])
+          : structure.at(structure.unconstrained(values))
+                ->between(estimate.unit, 0.0, 0.0, nullptr);
   const bool has_nugget = estimate.correlation.has_nugget;
   const double nugget = has_nugget ? values[1] : 0.0;
   const auto [low, high] = structure.limits(0);
-  const bool can_be_negative = low < 0.0;
+  // Near 0 powers of phi have no slope.
+  const bool is_power = kind == Kind::kAr1 && estimate.unit > 1.0;
+  const bool has_no_slope = is_power && std::abs(nearest) < Thresholds::kDependence;
+  const bool can_be_negative = low < 0.0 && !has_no_slope;
   if (1.0 - nearest / (1.0 - nugget) < Thresholds::kDependence) {
     const bool is_range = std::isinf(high);
     result.others.push_back(
         {.term = is_range ? "the range of the correlation is without bound" : name,
          .value = is_range ? kNaN : high});
   } else if (can_be_negative) {
-    if (values[0] - low < Thresholds::kDependence * (high - low)) {
+    if (nearest - low < Thresholds::kDependence * (high - low)) {
       result.others.push_back({.term = name, .value = low});
     }
   } else if (nearest < Thresholds::kDependence && is_independent(model, estimate)) {
@@ -236,7 +240,7 @@ double least_variance(const CorrelationEstimate& estimate) {
   const Kind kind = estimate.correlation.kind;
   if (!estimate.values.allFinite()) return 1.0;
   if (kind == Kind::kAr1 || kind == Kind::kCompoundSymmetry) {
-    return 1.0 - std::abs(estimate.values[0]);
+    return 1.0 - std::pow(std::abs(estimate.values[0]), estimate.unit);
   }
   if (kind != Kind::kSymmetric) return 1.0;
   const Index times = std::ssize(estimate.times);

@@ -34,7 +34,8 @@ std::vector<MatrixXd> forms_of(const EffectColumns& level) {
   const Index q = level.triangle.rows();
   if (level.effects->has_equal_variances()) {
     result.emplace_back(level.triangle * level.triangle.transpose());
-    if (level.effects->covariance == Covariance::kCompoundSymmetry) {
+    // One effect has no correlation.
+    if (q > 1 && level.effects->covariance == Covariance::kCompoundSymmetry) {
       const VectorXd sum = level.triangle.rowwise().sum();
       result.emplace_back(sum * sum.transpose());
     }

@@ -11,6 +11,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
+#include "silvafit/base/words.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -22,6 +23,18 @@ using Block = CorrelatedRows::Block;
 constexpr Index kLargestDense = 5000;
 // A symmetric structure has T (T - 1) / 2 parameters.
 constexpr std::size_t kMostTimes = 16;
+// phi is the correlation at a difference of 1: if differences are shorter, even weak correlations
+// make it smaller than any number; if they are longer, it rounds to 1.
+constexpr double kShortestStep = 0.01;
+constexpr double kLongestStep = 1e5;
+// A moving average has a table of the correlations at all differences.
+constexpr double kLongestTable = 1e5;
+
+/// The structure within the groups of a column.
+std::string first_word(Correlation example) {
+  example.group = "plot";
+  return example.text();
+}
 
 class Builder {
  public:
@@ -61,6 +74,7 @@ class Builder {
                 .minCoeff();
         if (nearest > 0.0) sum += std::log(nearest);
         if (nearest > 0.0) ++count;
+        if (std::fmod(nearest, 2.0) != 0.0) result.is_even = false;
       }
     }
     if (count > 0.0) result.unit = std::exp(sum / count);
@@ -171,16 +185,10 @@ class Builder {
               fmt::join(block.places.row(order[k]).begin(), block.places.row(order[k]).end(), ", "),
               named(label),
               where(first),
-              first_word(),
+              first_word(correlation_),
               correlation_.kind >= Kind::kExponential ? ", or a nugget" : ""),
           second);
     }
-  }
-
-  std::string first_word() const {
-    Correlation example = correlation_;
-    example.group = "plot";
-    return example.text();
   }
 
   const NonlinearModel& model_;
@@ -188,11 +196,61 @@ class Builder {
   MatrixXd places_;  ///< (N x d)
 };
 
-void require_possible(const Correlation& correlation, const CorrelationScale& scale) {
+/// \throws InputError if the unit of time is far from the differences of times
+void require_near_unit(const Correlation& correlation, const CorrelationScale& scale) {
+  if (correlation.kind > Kind::kArma || correlation.columns.empty()) return;
+  const bool is_long = correlation.kind == Kind::kArma && scale.farthest > kLongestTable;
+  if (scale.unit >= kShortestStep && scale.unit <= kLongestStep && !is_long) return;
+  const std::string& time = correlation.columns.front();
+  throw InputError(fmt::format(
+      "{0}: times of successive rows differ by about {1:.2g}, and the parameters of {2} are for a "
+      "difference of 1{3}; give the time in a unit near the differences, as in "
+      "`columns=time={0}/{1:.2g}`",
+      time,
+      scale.unit,
+      correlation.text(),
+      is_long ? fmt::format(" (the largest difference is {:.2g})", scale.farthest) : "",
+      scale.unit));
+}
+
+/// \throws InputError if a coordinate is a latitude in degrees: the other one, a longitude, has
+///   shorter degrees. Columns of this name can have other units, in which rows are not so near.
+void require_lengths(const NonlinearModel& model,
+                     const Correlation& correlation,
+                     const CorrelationScale& scale) {
+  constexpr double kPole = 90.0;
+  constexpr double kNearDegrees = 0.01;  // a kilometer
+  if (correlation.kind < Kind::kExponential || correlation.columns.size() < 2) return;
+  for (const std::string& column : correlation.columns) {
+    const std::string name = in_lower_case(column);
+    if (name != "lat" && name != "latitude") continue;
+    if (scale.unit > kNearDegrees || model.column(column).cwiseAbs().maxCoeff() > kPole) continue;
+    throw InputError(
+        fmt::format("{} seems to be in degrees, of which {} makes no distances; give coordinates "
+                    "in m, such as those of UTM",
+                    column,
+                    correlation.text()));
+  }
+}
+
+void require_possible(const NonlinearModel& model,
+                      const Correlation& correlation,
+                      const CorrelationScale& scale,
+                      std::size_t groups) {
   if (scale.largest < 2) {
     throw InputError(
         fmt::format("no group has two rows, so that {} cannot be estimated", correlation.text()));
   }
+  const bool has_order = correlation.kind < Kind::kCompoundSymmetry;
+  if (groups < 2 && !has_order && correlation.kind < Kind::kExponential) {
+    throw InputError(fmt::format(
+        "all rows are one group, in which the correlation of {} cannot be told from the mean; give "
+        "the column of the groups as in {}",
+        correlation.text(),
+        first_word(correlation)));
+  }
+  require_lengths(model, correlation, scale);
+  require_near_unit(correlation, scale);
   if (correlation.kind == Kind::kSymmetric && scale.times.size() > kMostTimes) {
     throw InputError(fmt::format(
         "{} has {} different times; at most {} can have correlations of their own. Use ar1, car1 "
@@ -210,6 +268,26 @@ void require_possible(const Correlation& correlation, const CorrelationScale& sc
                   scale.largest,
                   kLargestDense,
                   "exponential(x, y | plot)"));
+}
+
+/// The rows of a fit have correlations that can be used; those of a prediction may not.
+/// \throws InputError with the first row of a group whose rows are too near each other
+void require_regular(const NonlinearModel& model,
+                     const CorrelationStructure& structure,
+                     const std::vector<Block>& blocks,
+                     const VectorXd& values) {
+  const auto pairs = structure.at(structure.unconstrained(values));
+  for (const Block& block : blocks) {
+    if (structure.factor(block.places, *pairs) != nullptr) continue;
+    Place place = model.place(block.rows.front());
+    place.column = fmt::format("{}", fmt::join(structure.correlation().columns, ", "));
+    throw InputError(
+        fmt::format("some of the {} rows of the group are so near each other that their "
+                    "residuals by {} depend on each other; give rows at one place once",
+                    block.rows.size(),
+                    structure.correlation().text()),
+        place);
+  }
 }
 
 }  // namespace
@@ -245,7 +323,7 @@ std::shared_ptr<const CorrelatedRows> CorrelatedRows::of(const NonlinearModel& m
     scale.largest = std::max(scale.largest, known->largest);
     scale.times = known->times;
   } else {
-    require_possible(*correlation, scale);
+    require_possible(model, *correlation, scale, builder.blocks_.size());
   }
   CorrelationStructure structure(*correlation, scale);
   for (Block& block : builder.blocks_) {
@@ -254,6 +332,9 @@ std::shared_ptr<const CorrelatedRows> CorrelatedRows::of(const NonlinearModel& m
           structure, block.places(i, 0), model.place(block.rows[static_cast<std::size_t>(i)]));
       for (double& place : block.places.row(i)) place = structure.place(place);
     }
+  }
+  if (known != nullptr && known->values.allFinite()) {
+    require_regular(model, structure, builder.blocks_, known->values);
   }
   return std::shared_ptr<const CorrelatedRows>(new CorrelatedRows(
       std::move(structure), std::move(builder.blocks_), std::move(builder.first_block_)));

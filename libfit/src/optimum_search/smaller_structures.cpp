@@ -50,7 +50,8 @@ void add_smaller(const NonlinearModel& model,
   if (random.coefficients.size() < 2) return;
   const bool is_symmetric = random.covariance == Covariance::kCompoundSymmetry;
   const std::string of = model.term_count() > 1 ? " by " + random.group_name() : "";
-  for (std::size_t k = 0; !is_symmetric && k < random.coefficients.size(); ++k) {
+  // With a common variance all effects are there, or none.
+  for (std::size_t k = 0; !random.has_equal_variances() && k < random.coefficients.size(); ++k) {
     result.push_back(
         {.model = with_term(model, term, without(random, k)),
          .text = fmt::format("without the random effect of {}{}", random.coefficients[k], of),

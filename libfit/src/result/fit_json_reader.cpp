@@ -174,6 +174,9 @@ EstimatedEffects read_effects(const JsonReader& json, const RandomEffects& speci
   EstimatedEffects term{.names = specification.coefficients};
   const auto size = static_cast<Index>(term.names.size());
   term.covariance = json.at("covariance").square_matrix(size);
+  if ((term.covariance.diagonal().array() < 0.0).any()) {
+    json.at("covariance").fail("has a negative variance");
+  }
   const auto groups = json.at("eblup").members();
   term.effects.resize(size, static_cast<Index>(groups.size()));
   for (std::size_t g = 0; g < groups.size(); ++g) {
@@ -313,6 +316,24 @@ VarianceEstimate read_variance(const JsonReader& json) {
   return result;
 }
 
+/// Whether rows can have these correlations. Unknown values, of fits that failed, may be.
+bool is_possible(const CorrelationEstimate& estimate) {
+  const CorrelationStructure structure(estimate);
+  const VectorXd parameters = structure.unconstrained(estimate.values);
+  const Correlation::Kind kind = estimate.correlation.kind;
+  const Index open = kind == Correlation::Kind::kAr1 ? 1 : estimate.correlation.autoregressive;
+  for (Index k = 0; k < parameters.size(); ++k) {
+    if (std::isnan(estimate.values[k])) continue;
+    const auto [low, high] = structure.limits(k);
+    if (!(estimate.values[k] >= low && estimate.values[k] <= high)) return false;
+    // At the other ends residuals are independent, or a matrix may still be regular.
+    const bool is_one = kind != Correlation::Kind::kArma && k == 0 && parameters[k] > 0.0;
+    if (std::isnan(parameters[k])) return false;
+    if (std::isinf(parameters[k]) && (k < open || is_one)) return false;
+  }
+  return estimate.unit > 0.0;
+}
+
 void read_correlation(const JsonReader& json, FittedModel& fit) {
   fit.specification.correlation = read_with(json.at("structure"), parse_correlation);
   const auto members = json.at("parameters").members();
@@ -333,6 +354,9 @@ void read_correlation(const JsonReader& json, FittedModel& fit) {
   estimate.largest = json.at("largest_group").count_or_zero();
   if (CorrelationStructure(estimate).names() != estimate.names) {
     json.at("parameters").fail("are not those of " + estimate.correlation.text());
+  }
+  if (!is_possible(estimate)) {
+    json.at("parameters").fail("are outside the range of " + estimate.correlation.text());
   }
 }
 

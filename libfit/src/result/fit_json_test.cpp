@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
@@ -344,6 +345,32 @@ TEST_CASE("inconsistent content is reported with file and key") {
                     Contains("a.json: random[0].effects[0]: unknown coefficient 'z'"));
   CHECK_THROWS_WITH(from_json(changed("/fixed/z", ordered_json::object()), "a.json"),
                     Contains("a.json: fixed: must name the coefficients"));
+  CHECK_THROWS_WITH(from_json(changed("/random/0/covariance/0/0", -1.0), "a.json"),
+                    Contains("a.json: random[0].covariance: has a negative variance"));
+}
+
+TEST_CASE("correlations that no residuals can have are refused") {
+  const auto with = [](const char* structure, const ordered_json& parameters, double unit) {
+    const ordered_json correlation = {
+        {"structure", structure}, {"parameters", parameters}, {"unit", unit}, {"largest_group", 5}};
+    return from_json(changed("/correlation", correlation), "a.json");
+  };
+  CHECK(with("ar1(dbh)", {{"phi", 0.5}}, 1.0).variance.correlation->values[0] == 0.5);
+  CHECK(with("car1(dbh)", {{"phi", 0.0}}, 1.0).variance.correlation->values[0] == 0.0);
+  CHECK(with("arma(0, 1, dbh)", {{"theta1", -1.0}}, 1.0).variance.correlation->values[0] == -1.0);
+  for (const auto& [structure, name, value, unit] :
+       {std::tuple("ar1(dbh)", "phi", 1.0, 1.0),
+        std::tuple("ar1(dbh)", "phi", -1.5, 1.0),
+        std::tuple("car1(dbh)", "phi", 1.0, 1.0),
+        std::tuple("car1(dbh)", "phi", -0.5, 1.0),
+        std::tuple("arma(1, 0, dbh)", "phi1", 1.2, 1.0),
+        std::tuple("compound-symmetry", "rho", 1.0, 1.0),
+        std::tuple("compound-symmetry", "rho", -0.3, 1.0),
+        std::tuple("exponential(dbh)", "range", -2.0, 1.0),
+        std::tuple("exponential(dbh)", "range", 2.0, 0.0)}) {
+    INFO(structure << " " << value);
+    CHECK_THROWS_WITH(with(structure, {{name, value}}, unit), Contains("are outside the range of"));
+  }
 }
 
 TEST_CASE("a fit with too many random effects is refused") {

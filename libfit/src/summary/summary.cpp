@@ -89,8 +89,15 @@ void append_model(std::string& text, const FittedModel& fit) {
   if (!specification.variance.is_constant()) {
     append(text, "  variance: {}\n", specification.variance.text());
   }
-  if (specification.correlation) {
-    append(text, "  correlation of the residuals: {}\n", specification.correlation->text());
+  if (const auto& correlation = specification.correlation) {
+    const bool is_by_order =
+        correlation->columns.empty() && correlation->kind != Correlation::Kind::kCompoundSymmetry;
+    const bool is_one_group = correlation->group.empty() && specification.random.empty();
+    append(text,
+           "  correlation of the residuals: {}{}{}\n",
+           correlation->text(),
+           is_by_order ? ", in the order of the rows" : "",
+           is_one_group ? ", all rows as one group" : "");
   }
   append(text, "{}\n\n", fit.convergence.verdict());
   append(text, "method {}, {} rows", method_title(fit), fit.observations);

@@ -188,6 +188,10 @@ std::string_view text_of(Finding::Kind kind) {
        "The only value below 0 in the column {a} is {b}, in {x:.0f} of the rows: if this is a code "
        "of missing values, leave these fields empty, or name it with `missing={b}` where a file is "
        "read."},
+      {kIsolatedCode,
+       "The value {b} in {x:.0f} rows of the column {a} is far from all others: if this is a code "
+       "of missing values, leave these fields empty, or name it with `missing={b}` where a file is "
+       "read."},
       {kCodesRead, "Codes read as missing values: {a}."},
       {kNameDoubt, "{a}"},
 

@@ -56,17 +56,17 @@ std::vector<SampledArea> ReportMaker::find_areas(const Inventory& inventory) {
     throw UsageError("use either `plot_area` or windows (`window`, `circle`), not both",
                      {.column = "`plot_area`"});
   }
+  offered_ = offer_of_area_column(inventory);
   if (options_.plot_area_m2) return sampled_areas(inventory, *options_.plot_area_m2);
   if (!inventory.has_coordinates()) {
     throw UsageError(
         fmt::format("the area is unknown, because the inventory has no positions; give "
                     "the area of a plot in m2 with `plot_area`{}",
-                    offer_of_area_column(inventory)),
+                    offered_),
         {.file = inventory.file});
   }
   const PlotWindows windows = plot_windows(inventory, given, options_.units.scope);
   is_hull_ = windows.is_assumed;
-  offered_ = offer_of_area_column(inventory);
   count_trees_without_window(inventory, windows);
   std::vector<SampledArea> areas =
       sampled_areas(inventory, windows, is_part_ ? std::vector<NamedWindow>() : given);
@@ -111,7 +111,8 @@ void ReportMaker::count_trees_left_out(const Inventory& inventory,
     if (area.trees.empty()) ++empty_;
   }
   for (std::size_t tree = 0; tree < inventory.size(); ++tree) {
-    if (is_in_area[tree] != 0) continue;
+    // A note of the inventory is about those without dbh.
+    if (is_in_area[tree] != 0 || std::isnan(inventory.dbh_cm[tree])) continue;
     const bool has_position = inventory.has_coordinates() && !std::isnan(inventory.x[tree]) &&
                               !std::isnan(inventory.y[tree]);
     ++(has_position ? outside_ : without_position_);

@@ -19,6 +19,20 @@ void ReportMaker::note_areas() {
          "hectare are too large; give `window`, `circle` or `plot_area`" +
          offered_});
   }
+  if (options_.plot_area_m2 && !offered_.empty()) {
+    note({fmt::format("every plot counts as {:.10g} m2 by `plot_area`; keep this{}",
+                      *options_.plot_area_m2,
+                      offered_)});
+  }
+  // Redwoods and other giants of wet coasts exceed it.
+  constexpr double kUsualBasalArea = 120.0;
+  const double basal_area = report_.all.basal_area_m2_per_ha;
+  if (!is_hull_ && !options_.trust_units && basal_area > kUsualBasalArea) {
+    note({fmt::format(
+        "{:.0f} m2 of basal area per hectare are more than nearly all forests have: check the "
+        "areas, and that dbh is the diameter in cm; of circumferences use `columns=dbh=COLUMN/pi`",
+        basal_area)});
+  }
   if (plots_without_window_.empty()) return;
   note({fmt::format(
       "{} not counted, with {}: plot {}; fewer than three trees, or trees on one line, have no "

@@ -167,6 +167,7 @@ void GrowthMaker::follow_plot(std::size_t number, LivingTrees& living) {
 }
 
 void GrowthMaker::follow_trees() {
+  check_visits(plots_, inventory_.file);
   LivingTrees living(inventory_);
   std::vector<std::string> once;
   for (std::size_t i = 0; i < plots_.size(); ++i) {
@@ -553,8 +554,10 @@ void GrowthMaker::add_notes() {
                    kFastestCmPerYear,
                    data::list_of(too_fast)));
   note(shrunk,
-       fmt::format("{} negative and kept: errors of measurement, or bark that was lost",
-                   counted(shrunk, "dbh increment is", "dbh increments are")));
+       fmt::format(
+           "{} negative and kept: errors of measurement, or bark that was lost{}",
+           counted(shrunk, "dbh increment is", "dbh increments are"),
+           2 * shrunk > report_.trees.size() ? "; that is most of them: check the times" : ""));
 }
 
 GrowthReport GrowthMaker::run() {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <tuple>
@@ -11,6 +12,43 @@
 #include "silvafit/base/median.hpp"
 
 namespace silvafit::stand {
+
+void check_visits(const std::vector<MeasuredPlot>& plots, const std::string& file) {
+  // Shorter periods are days of one visit, on which other trees were measured.
+  constexpr double kShortestYears = 0.25;
+  bool has_period = false;
+  bool has_followed = false;
+  for (const MeasuredPlot& plot : plots) {
+    for (std::size_t k = 0; k + 1 < plot.occasions.size(); ++k) {
+      std::size_t first = 0;
+      std::size_t second = 0;
+      std::size_t both = 0;
+      for (const MeasuredTree& tree : plot.trees) {
+        first += tree.rows[k] ? 1 : 0;
+        second += tree.rows[k + 1] ? 1 : 0;
+        both += tree.rows[k] && tree.rows[k + 1] ? 1 : 0;
+      }
+      if (first == 0 || second == 0) continue;
+      has_period = true;
+      has_followed = has_followed || both > 0;
+      const double years = plot.occasions[k + 1].years - plot.occasions[k].years;
+      if (years >= kShortestYears || 2 * both >= std::min(first, second)) continue;
+      throw InputError(
+          fmt::format("{} of {} trees of {} have a row at {}, too: these seem to be days of one "
+                      "visit; give all rows of a visit of a plot the same year or date",
+                      both,
+                      first,
+                      plot.occasions[k].text,
+                      plot.occasions[k + 1].text),
+          {.file = file, .column = "year", .plot = plot.plot});
+    }
+  }
+  if (!has_period || has_followed) return;
+  throw InputError(
+      "no tree has rows at two successive times of its plot; trees must keep their numbers, and "
+      "`columns=tree=COLUMN` names their column",
+      {.file = file, .column = "tree"});
+}
 
 void check_increments(const GrowthReport& report, const std::string& file) {
   // Single trees have errors of all sizes.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Parts of a growth report: checks of increments, and estimates by stratum.
+// Parts of a growth report: checks of visits and increments, and estimates by stratum.
 #pragma once
 
 #include <cstddef>
@@ -8,12 +8,16 @@
 #include <vector>
 
 #include "silvafit/stand/growth.hpp"
+#include "trees/measured_plots.hpp"
 
 namespace silvafit::stand {
 
 /// More than any tree grows: the fastest young plantations (balsa, paulownia, falcataria) reach 5
 /// to 8 cm of dbh in a year.
 inline constexpr double kFastestCmPerYear = 10.0;
+
+/// \throws InputError if days of one visit are times of their own, or no tree is followed
+void check_visits(const std::vector<MeasuredPlot>& plots, const std::string& file);
 
 /// Refuses visits of a plot in different units.
 /// \param file  of the inventory, for the message

@@ -297,3 +297,29 @@ TEST_CASE("A survivor without a second diameter is left out of both sums and nam
   CHECK(tells(report.notes,
               "left out of both sums of basal_area_m2: 'plot 1, tree 3 (2010 to 2015)'"));
 }
+
+TEST_CASE("Days of one visit, and trees that are numbered anew, are refused") {
+  // The same four trees, the first two measured on 3 May, the others on 4 May.
+  const auto rows = [](const char* first, const char* second, int add) {
+    std::string text;
+    for (int tree = 1; tree <= 4; ++tree) {
+      text += "1," + std::to_string(tree + add) + ",A," + (tree < 3 ? first : second) + "," +
+              std::to_string(20 + tree + add / 2) + "\n";
+    }
+    return text;
+  };
+  const std::string head = "plot,tree,species,date,dbh\n";
+  const auto growth = [&](const std::string& text) {
+    StandReportOptions options;
+    options.plot_area_m2 = 400.0;
+    return growth_report(measured(head + text).inventory, options);
+  };
+  CHECK_THROWS_WITH(
+      growth(rows("2010-05-03", "2010-05-04", 0) + rows("2015-05-03", "2015-05-04", 0)),
+      Contains("0 of 2 trees of 2010-05-03 have a row at 2010-05-04, too"));
+  CHECK_THROWS_WITH(
+      growth(rows("2010-05-03", "2010-05-03", 0) + rows("2015-05-03", "2015-05-03", 4)),
+      Contains("trees must keep their numbers"));
+  CHECK(growth(rows("2010-05-03", "2010-05-03", 0) + rows("2010-06-03", "2010-06-03", 0))
+            .trees.size() == 4);
+}

@@ -106,7 +106,7 @@ std::string with_similar(const std::vector<std::string>& names,
   data::TextColumn both;
   for (const std::string& name : names) both.append(name);
   for (const std::string& other : others) both.append(other);
-  const std::string similar = describe_similar_plots(both);
+  const std::string similar = describe_similar_labels(both);
   return data::list_of(names) + (similar.empty() ? "" : " (" + similar + ")");
 }
 

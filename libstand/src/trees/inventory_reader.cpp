@@ -510,7 +510,7 @@ CheckedInventory InventoryReader::read() {
   if (!is_whole) return std::move(result_);
   refuse_plots_without_column();
   result_.notes = notes();
-  std::string similar_plots = describe_similar_plots(inventory.plot);
+  std::string similar_plots = describe_similar_labels(inventory.plot);
   if (!similar_plots.empty()) result_.notes.push_back(std::move(similar_plots));
   result_.recognized = recognized();
   inventory.trusts_units = options_.trust_units;

@@ -20,9 +20,6 @@ namespace silvafit::stand {
 namespace {
 
 constexpr std::size_t kFewestJudged = 3;
-// Medians of plots of real stands; single trees have 15 to 300.
-constexpr double kLowestUsual = 25.0;
-constexpr double kHighestUsual = 140.0;
 // No known stand is outside of these limits, pollards and thickets of saplings included.
 constexpr double kImpossiblyStout = 12.0;
 constexpr double kImpossiblySlender = 350.0;
@@ -115,7 +112,8 @@ class Finder {
 
  private:
   bool is_usual(std::size_t plot) const {
-    return slenderness_[plot] >= kLowestUsual && slenderness_[plot] <= kHighestUsual;
+    return slenderness_[plot] >= kLowestUsualSlenderness &&
+           slenderness_[plot] <= kHighestUsualSlenderness;
   }
   /// Ratio of the heights of a plot, read in this unit, to those expected from the other plots.
   std::optional<double> height_ratio(std::size_t plot, const Hypothesis& unit) const;
@@ -204,7 +202,8 @@ const Hypothesis* Finder::unit_of(std::size_t plot) const {
   double smallest = 0.0;
   for (const Hypothesis& unit : kHypotheses) {
     const double slenderness = slenderness_[plot] * unit.h_factor / unit.dbh_factor;
-    if (slenderness < kLowestUsual || slenderness > 2.0 * kHighestUsual) continue;
+    if (slenderness < kLowestUsualSlenderness || slenderness > 2.0 * kHighestUsualSlenderness)
+      continue;
     if (slenderness_[plot] < unit.lowest_excess * usual_slenderness_) continue;
     const std::optional<double> ratio = height_ratio(plot, unit);
     if (!ratio || !(without > least_contrast(plot, unit))) continue;

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/stand/size_units.hpp"
 
@@ -160,4 +161,86 @@ TEST_CASE("other species, single trees and files of one unit are not tested") {
   for (std::size_t i = 0; i < all.dbh.size(); ++i) species.append(i < 25 ? "bamboo" : "fir");
   CHECK(find_mixed_units({.plot = all.plot, .species = &species, .dbh_cm = all.dbh, .h_m = all.h})
             .empty());
+}
+
+namespace {
+
+/// Two species in one plot, of which one is measured in other units.
+std::string species_in_units(double dbh_factor, double h_factor, double dbh_cm, double h_m) {
+  Random random(6);
+  TextColumn plot;
+  TextColumn species;
+  std::vector<double> dbh;
+  std::vector<double> h;
+  for (int i = 0; i < 40; ++i) {
+    const bool is_other = i % 2 == 0;
+    plot.append("1");
+    species.append(is_other ? "oak" : "fir");
+    dbh.push_back((is_other ? dbh_cm * dbh_factor : 30.0) * std::exp(0.1 * random.normal()));
+    h.push_back((is_other ? h_m * h_factor : 24.0) * std::exp(0.05 * random.normal()));
+  }
+  try {
+    check_units_of_trees(plot,
+                         species,
+                         {{.name = "dbh", .source = "dbh", .values = dbh},
+                          {.name = "h", .source = "h", .values = h}},
+                         "t.csv");
+  } catch (const silvafit::InputError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+}  // namespace
+
+TEST_CASE("a species in other units among others is named if its trees are impossible") {
+  // 95 m (dbh/m)^(2/3) is the height at which a stem buckles (McMahon 1973): 38 m for 25 cm.
+  for (const auto& [dbh_factor, h_factor] : {std::pair(10.0, 1.0),
+                                             std::pair(1.0, 1.0 / 0.3048),
+                                             std::pair(1.0, 10.0),
+                                             std::pair(1.0, 100.0)}) {
+    const std::string error = species_in_units(dbh_factor, h_factor, 25.0, 21.0);
+    INFO(error);
+    CHECK(error.find("of species oak, unlike others, ") != std::string::npos);
+    CHECK(error.find("use `columns") == std::string::npos);
+  }
+  CHECK(species_in_units(1.0, 1.0, 25.0, 21.0).empty());
+  // Bamboo, shrubs without breast height diameters to speak of, and giants.
+  CHECK(species_in_units(1.0, 1.0, 8.0, 14.0).empty());
+  CHECK(species_in_units(1.0, 1.0, 0.4, 1.6).empty());
+  CHECK(species_in_units(1.0, 1.0, 240.0, 70.0).empty());
+}
+
+TEST_CASE("dbh and h that are exchanged are refused, and stands of any age are not") {
+  Random random(8);
+  const auto error_of = [](const std::vector<double>& dbh,
+                           const std::vector<double>& h) -> std::string {
+    TextColumn plot;
+    for (std::size_t i = 0; i < dbh.size(); ++i) plot.append("1");
+    try {
+      check_units_of_trees(plot,
+                           {},
+                           {{.name = "dbh", .source = "D", .values = dbh},
+                            {.name = "h", .source = "H", .values = h}},
+                           "t.csv");
+    } catch (const silvafit::InputError& error) {
+      return error.what();
+    }
+    return {};
+  };
+  for (int round = 0; round < 50; ++round) {
+    Stands all;
+    for (int i = 0; i < 4; ++i) {
+      all.add("P" + std::to_string(i),
+              18.0 + 10.0 * random.uniform(),
+              24.0 + 6.0 * random.uniform(),
+              random);
+    }
+    CHECK_THAT(error_of(all.h, all.dbh), Catch::Matchers::Contains("use `columns=dbh=H,h=D`"));
+    CHECK(error_of(all.dbh, all.h).empty());
+    Stands ages;
+    ages.add("saplings", 2.0 + 2.0 * random.uniform(), 18.0 + 8.0 * random.uniform(), random);
+    ages.add("mature", 25.0 + 15.0 * random.uniform(), 22.0 + 12.0 * random.uniform(), random);
+    CHECK(error_of(ages.dbh, ages.h).empty());
+  }
 }

@@ -4,11 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "silvafit/data/csv.hpp"
 #include "trees/folded_text.hpp"
 
 namespace silvafit::stand {
@@ -21,10 +23,19 @@ bool may_be_similar(std::string_view label) {
   return label.starts_with('0') || !std::ranges::all_of(label, is_decimal_digit);
 }
 
-/// The label in lower case, without leading zeros of numbers.
+/// A whole number with decimals, as spreadsheets write 1 as 1.0.
+bool has_needless_decimals(std::string_view label) {
+  const std::size_t point = label.find('.');
+  return point != std::string_view::npos && point > 0 && point + 1 < label.size() &&
+         std::ranges::all_of(label.substr(0, point), is_decimal_digit) &&
+         label.find_first_not_of('0', point + 1) == std::string_view::npos;
+}
+
+/// The label in lower case, without leading zeros and needless decimals of numbers.
 std::string similarity_key(const std::string& label) {
   std::string key;
-  const std::string text = folded(label);
+  std::string text = folded(label);
+  if (has_needless_decimals(text)) text.resize(text.find('.'));
   for (std::size_t i = 0; i < text.size(); ++i) {
     // Not the decimals of 1.05 or 1,05.
     const bool begins_number =
@@ -41,10 +52,29 @@ std::string similarity_key(const std::string& label) {
   return key;
 }
 
+/// Whether a label is probably a code of missing values. Codes that are words, such as none and nb,
+/// may be values.
+bool is_likely_code(const std::string& label) {
+  double value = 0.0;
+  if (data::parse_number(label, value)) return std::isnan(value) || data::is_missing_code(value);
+  const std::string text = folded(label);
+  const auto is_letter = [](char c) { return c >= 'a' && c <= 'z'; };
+  const bool is_word = std::ranges::all_of(text, is_letter) && text != "nan" && text != "null";
+  return !is_word && data::is_missing_number(label);
+}
+
 }  // namespace
 
-std::string describe_similar_plots(const data::TextColumn& plot) {
-  const std::vector<std::string>& levels = plot.levels();
+std::string describe_similar_labels(const data::TextColumn& labels, const std::string& of) {
+  const std::vector<std::string>& levels = labels.levels();
+  for (const std::string& level : levels) {
+    if (!is_likely_code(level)) continue;
+    return fmt::format(
+        "{0} is a label of {1}; if it is a code of missing values, leave these "
+        "fields empty, or name it with `missing={0}`",
+        level,
+        of);
+  }
   if (std::ranges::none_of(levels, may_be_similar)) return {};
   std::vector<std::pair<std::string, std::size_t>> keys;
   for (std::size_t code = 0; code < levels.size(); ++code)
@@ -59,13 +89,13 @@ std::string describe_similar_plots(const data::TextColumn& plot) {
   if (similar.empty()) return {};
   std::ranges::sort(similar);
   constexpr std::size_t kShown = 3;
-  std::string text = "plot labels are compared as text, so these are different plots: ";
+  std::string text = of + " labels are compared as text, so these are different: ";
   for (std::size_t i = 0; i < std::min(kShown, similar.size()); ++i) {
     const auto& [first, second] = similar[i];
     text += fmt::format("{}'{}' and '{}'", i > 0 ? ", " : "", levels[first], levels[second]);
   }
   if (similar.size() > kShown) text += fmt::format(" and {} more", similar.size() - kShown);
-  return text + "; if they are one plot, give it one label in the file";
+  return text + fmt::format("; if they are one {}, give it one label in the file", of);
 }
 
 }  // namespace silvafit::stand

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -21,6 +22,7 @@ constexpr double kCrownOfStandMeters = 25.0;
 constexpr double kStoutestStand = 20.0;  // h/dbh, both in the same unit
 constexpr double kSlenderestStand = 200.0;
 constexpr double kUsualSlenderness = 80.0;
+constexpr double kThin = 0.9;  // cm
 
 struct Unit {
   std::string_view name{};        ///< empty: cm for dbh, m for others
@@ -65,10 +67,11 @@ std::string_view unbracketed(std::string_view text) {
   return is_bracketed ? text.substr(1, text.size() - 2) : text;
 }
 
-/// The median of the positive values; 0 if there are none.
+/// The median of the positive, finite values; 0 if there are none.
 double positive_median(std::span<const double> values) {
   std::vector<double> positive;
-  std::ranges::copy_if(values, std::back_inserter(positive), [](double v) { return v > 0.0; });
+  std::ranges::copy_if(
+      values, std::back_inserter(positive), [](double v) { return v > 0.0 && std::isfinite(v); });
   return positive.empty() ? 0.0 : median(std::move(positive));
 }
 
@@ -107,6 +110,11 @@ class Judge {
  public:
   Judge(const std::vector<SizeColumn>& columns, const std::string& file);
   void check() const;
+  bool is_usual() const {
+    return medians_.slenderness >= kLowestUsualSlenderness &&
+           medians_.slenderness <= kHighestUsualSlenderness;
+  }
+  bool is_sapling() const { return medians_.dbh_cm > 0.0 && medians_.dbh_cm < kThin; }
   std::span<const double> values(std::string_view name) const;
 
  private:
@@ -119,6 +127,7 @@ class Judge {
   std::vector<std::string> advice_on_length(const SizeColumn& length, double most) const;
   [[noreturn]] void refuse(const SizeColumn& wrong, const std::vector<std::string>& advice) const;
   void check_length(std::string_view name, double most) const;
+  void check_exchange() const;
 
   const std::vector<SizeColumn>& columns_;
   const std::string& file_;
@@ -151,7 +160,6 @@ std::span<const double> Judge::values(std::string_view name) const {
 bool Judge::is_dbh_wrong() const {
   constexpr double kThick = 60.0;
   constexpr double kStoutest = 12.0;
-  constexpr double kThin = 0.9;
   constexpr double kSlenderest = 600.0;
   const auto& [dbh, h, slenderness] = medians_;
   // Giants are tall, too: known heights decide.
@@ -256,6 +264,38 @@ void Judge::check_length(std::string_view name, double most) const {
   refuse(*length, advice_on_length(*length, most));
 }
 
+/// Heights grow with a power of dbh below 1 (2/3 in McMahon 1973), so that they vary less.
+void Judge::check_exchange() const {
+  constexpr std::size_t kEnough = 30;
+  constexpr double kSteep = 1.3;
+  constexpr double kRelated = 0.6;
+  const std::span<const double> dbh = values("dbh");
+  const std::span<const double> h = values("h");
+  std::vector<double> log_dbh;
+  std::vector<double> log_h;
+  for (std::size_t i = 0; i < std::min(dbh.size(), h.size()); ++i) {
+    if (!(dbh[i] > 0.0 && h[i] > 0.0) || std::isinf(dbh[i]) || std::isinf(h[i])) continue;
+    log_dbh.push_back(std::log(dbh[i]));
+    log_h.push_back(std::log(h[i]));
+  }
+  if (log_h.size() < kEnough) return;
+  const auto n = static_cast<Eigen::Index>(log_h.size());
+  Eigen::ArrayXd x = Eigen::Map<const Eigen::ArrayXd>(log_dbh.data(), n);
+  Eigen::ArrayXd y = Eigen::Map<const Eigen::ArrayXd>(log_h.data(), n);
+  x -= x.mean();
+  y -= y.mean();
+  const double spread_x = x.matrix().norm();
+  const double spread_y = y.matrix().norm();
+  if (spread_y < kSteep * spread_x || (x * y).sum() < kRelated * spread_x * spread_y) return;
+  throw InputError(fmt::format("h varies {:.2g} times as much as dbh between trees, but heights of "
+                               "trees vary less than diameters; if the columns are exchanged, use "
+                               "`columns=dbh={},h={}`; if not, use `trust_units=true`",
+                               spread_y / spread_x,
+                               column("h")->source,
+                               column("dbh")->source),
+                   {.file = file_, .column = "dbh, h"});
+}
+
 void Judge::check() const {
   if (is_h_wrong()) refuse(*column("h"), advice_on_trees());
   check_length("hcb", kHeightOfStandMeters);
@@ -264,9 +304,47 @@ void Judge::check() const {
   for (const std::string_view radius : {"cr_e", "cr_w", "cr_s", "cr_n"}) {
     check_length(radius, kCrownOfStandMeters / 2.0);
   }
+  check_exchange();
 }
 
 }  // namespace
+
+/// What is wrong with the sizes of a species, if those of another are usual; empty if nothing is.
+/// Shrubs and saplings may be much thinner than other species.
+std::string species_in_other_units(const data::TextColumn& species,
+                                   const std::vector<SizeColumn>& columns,
+                                   const std::string& file) {
+  constexpr std::size_t kFewestTrees = 5;
+  std::vector<std::vector<std::size_t>> rows(species.levels().size());
+  for (std::size_t row = 0; row < species.size(); ++row) {
+    if (!species.is_missing(row)) rows[species.code(row)].push_back(row);
+  }
+  std::string first;
+  bool has_others = false;
+  for (std::size_t code = 0; code < rows.size(); ++code) {
+    if (rows[code].size() < kFewestTrees) continue;
+    std::vector<std::vector<double>> values(columns.size());
+    std::vector<SizeColumn> own = columns;
+    for (std::size_t k = 0; k < columns.size(); ++k) {
+      for (const std::size_t row : rows[code]) values[k].push_back(columns[k].values[row]);
+      own[k].values = values[k];
+    }
+    const Judge judge(own, file);
+    if (judge.is_sapling()) continue;
+    try {
+      judge.check();
+      has_others = has_others || judge.is_usual();
+    } catch (const InputError& error) {
+      if (!first.empty()) continue;
+      first = fmt::format(
+          "the file mixes units: of species {}, unlike others, {}; correct the file; if the values "
+          "are correct, use `trust_units=true`",
+          species.levels()[code],
+          error.message().substr(0, error.message().find(';')));
+    }
+  }
+  return has_others ? first : std::string();
+}
 
 void check_units_of_trees(const data::TextColumn& plot,
                           const data::TextColumn& species,
@@ -281,6 +359,8 @@ void check_units_of_trees(const data::TextColumn& plot,
   // First, because messages about whole columns would be wrong for a part of the plots.
   const std::string mixed = describe_mixed_units(find_mixed_units(trees));
   if (!mixed.empty()) throw InputError(mixed, {.file = file, .column = "dbh, h"});
+  const std::string odd = species_in_other_units(species, columns, file);
+  if (!odd.empty()) throw InputError(odd, {.file = file, .column = "species"});
   judge.check();
 }
 

@@ -121,7 +121,14 @@ void AnalysisCall::complete(UnitSettings& units) {
 }
 
 void AnalysisCall::complete(SamplingSettings& sampling) const {
-  if (input_.plots) sampling.plots = input_.plots;
+  if (!input_.plots) return;
+  sampling.plots = input_.plots;
+  auto* const table = std::get_if<std::shared_ptr<const data::Table>>(&*sampling.plots);
+  if (table == nullptr) return;
+  // Fronts name rows of data without a file by the index of the trees.
+  auto named = std::make_shared<data::Table>(**table);
+  named->set_origin("plots", {});
+  *table = std::move(named);
 }
 
 UnitSettings AnalysisCall::units() {

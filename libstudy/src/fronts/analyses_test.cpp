@@ -93,4 +93,28 @@ TEST_CASE("codes of missing values are missing in data of fits and predictions, 
   CHECK(std::isnan(predicted.tables.front().second.numbers("value")[4]));
   CHECK(predicted.warnings ==
         std::vector<std::string>{"codes read as missing values: x 1 (-9999), y 1 (-9999)"});
+  data::Table impossible;
+  impossible.set("x", {1.0, -1.0, HUGE_VAL});
+  const AnalysisResult warned =
+      prepare_analysis("predict",
+                       {.arguments = R"({"level": "population"})",
+                        .table = std::make_shared<const data::Table>(std::move(impossible)),
+                        .fits = {&fit}})({});
+  CHECK(warned.warnings == std::vector<std::string>{
+                               "2 rows have an infinite or negative value of x, which is 1 to 6 in "
+                               "the data of the fit"});
+}
+
+TEST_CASE("labels of a fit that differ in capitals only are named") {
+  data::Table table;
+  table.set("y", {1.1, 1.9, 3.2, 4.5, 5.0, 5.8});
+  data::TextColumn site;
+  for (const char* const label : {"a", "A", "a", "b", "b", "A"}) site.append(label);
+  table.set("site", std::move(site));
+  const AnalysisResult fitted =
+      prepare_analysis("fit",
+                       {.arguments = R"({"formula": "y ~ a", "random": "a | site"})",
+                        .table = std::make_shared<const data::Table>(std::move(table))})({});
+  REQUIRE(fitted.warnings.size() == 1);
+  CHECK_THAT(fitted.warnings.front(), Catch::Matchers::Contains("different: 'a' and 'A'"));
 }

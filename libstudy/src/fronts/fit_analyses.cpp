@@ -21,6 +21,7 @@
 #include "silvafit/fit/setting_list.hpp"
 #include "silvafit/fit/simulated_responses.hpp"
 #include "silvafit/fit/term_tests.hpp"
+#include "silvafit/stand/similar_plots.hpp"
 #include "silvafit/study/analysis_setting_list.hpp"
 #include "silvafit/study/idle_settings.hpp"
 #include "silvafit/study/table_checks.hpp"
@@ -94,6 +95,17 @@ std::vector<std::string> warnings_on_units(const Table& table) try {
           ". Sizes of trees are h, hcb and cw in m, dbh in cm"};
 }
 
+/// What is wrong with the units of a table of trees, and with labels of a model.
+std::vector<std::string> warnings_on(const Table& table, const fit::ModelSpecification& model) {
+  std::vector<std::string> warnings = warnings_on_units(table);
+  for (const std::string& name : model.label_columns()) {
+    if (!table.has(name) || table.is_numeric(name)) continue;
+    std::string text = stand::describe_similar_labels(table.text(name), name);
+    if (!text.empty()) warnings.push_back(std::move(text));
+  }
+  return warnings;
+}
+
 AnalysisResult result_of(FitRequest request,
                          const Table& table,
                          const Catalogue* catalogue,
@@ -119,7 +131,7 @@ AnalysisResult result_of(FitRequest request,
   AnalysisResult result{.tables = {{"rows", fitted_rows(found)}},
                         .rows = found.rows,
                         .json = json_text(ordered_json{{"cpu_seconds", seconds}}),
-                        .warnings = warnings_on_units(table)};
+                        .warnings = warnings_on(table, found.fit.specification)};
   std::ranges::sort(result.rows);
   result.fits.emplace_back("", std::move(found.fit));
   return result;
@@ -210,6 +222,29 @@ AnalysisResult result_of(const std::vector<const fit::FittedModel*>& fits, Front
   return {
       .tables = {{"fits", std::move(rows).table()}, {"tests", table_of_pairs(found.pairs, front)}},
       .json = in_words({{"failed", std::move(failed)}, {"reason", found.reason}}, front)};
+}
+
+/// A fit from a file gets its data later: these must have its rows and residuals.
+void require_own_data(const fit::Residuals& found, const fit::FittedModel& fit) {
+  constexpr double kSame = 1e-6;  // columns may have been written with seven digits
+  const double population = found.population.raw.cwiseAbs().mean();
+  const double conditional = found.conditional.raw.cwiseAbs().mean();
+  const auto differs = [](double value, const fit::FitStatistics& known) {
+    return std::abs(value - known.mae) > kSame * known.mae;
+  };
+  const bool has_rows = std::ssize(found.rows) == fit.observations;
+  if (has_rows && !differs(population, fit.population) && !differs(conditional, fit.conditional)) {
+    return;
+  }
+  throw InputError(fmt::format(
+      "these are not the data of the fit: they have {} complete rows and a mean absolute error of "
+      "{:.6g} ({:.6g} with random effects), the fit has {} rows and {:.6g} ({:.6g})",
+      found.rows.size(),
+      population,
+      conditional,
+      fit.observations,
+      fit.population.mae,
+      fit.conditional.mae));
 }
 
 AnalysisResult result_of(const fit::Residuals& found,
@@ -328,7 +363,9 @@ AnalysisWork simulate_work(AnalysisCall& call) {
 
 AnalysisWork residuals_work(AnalysisCall& call) {
   return [fit = &call.fit(), table = rows_of(call)](const AnalysisCallbacks& /*callbacks*/) {
-    return result_of(fit::residuals(*fit, table), *fit, table);
+    const fit::Residuals found = fit::residuals(*fit, table);
+    require_own_data(found, *fit);
+    return result_of(found, *fit, table);
   };
 }
 

@@ -120,6 +120,25 @@ void check_measured(const fit::FittedModel& fit, const Table& table) {
   }
 }
 
+/// Rows whose covariates cannot be real: infinite, or negative where the fit had positive ones.
+void warn_of_impossible(const fit::FittedModel& fit,
+                        const Table& table,
+                        std::vector<std::string>& warnings) {
+  for (const fit::ColumnRange& range : fit.ranges) {
+    if (!table.has(range.column) || !table.is_numeric(range.column)) continue;
+    const auto count = std::ranges::count_if(table.numbers(range.column), [&](double value) {
+      return std::isinf(value) || (range.low > 0.0 && value < 0.0);
+    });
+    if (count == 0) continue;
+    warnings.push_back(fmt::format(
+        "{} an infinite or negative value of {}, which is {:.6g} to {:.6g} in the data of the fit",
+        counted(static_cast<std::size_t>(count), "row has", "rows have"),
+        range.column,
+        range.low,
+        range.high));
+  }
+}
+
 /// The rows for a prediction, where codes of missing values are missing as in files. The covariates
 /// of a model of the catalogue must be in its domain.
 Table rows_for(const fit::FittedModel& fit,
@@ -144,6 +163,7 @@ Table rows_for(const fit::FittedModel& fit,
     }
   }
   if (!codes.empty()) warnings.push_back(codes.note());
+  warn_of_impossible(fit, table, warnings);
   if (model != nullptr) {
     require_domain_of_covariates(*model, table);
     if (is_calibrated) require_possible(model->response, table);

@@ -78,6 +78,7 @@ class TableReader {
   void add_column(const stand::ColumnMapping& column);
   void unify_spellings();
   void read_status();
+  void describe_labels();
   void resolve_repeated_rows();
   void note(std::string text) {
     if (!text.empty()) result_.recognized.push_back(std::move(text));
@@ -265,6 +266,18 @@ void TableReader::resolve_repeated_rows() {
   }
 }
 
+/// As numbers, 001 and 1 are the same. Spellings of species are unified elsewhere, and numbers of
+/// trees are compared within plots.
+void TableReader::describe_labels() {
+  if (wishes_.state != nullptr) return;
+  const data::Table& table = result_.table;
+  for (const std::string& name : wishes_.names) {
+    const bool is_compared = name != "tree" && (name != "species" || wishes_.keeps_spellings);
+    if (!is_compared || !table.has(name) || table.is_numeric(name)) continue;
+    note(stand::describe_similar_labels(table.text(name), name));
+  }
+}
+
 TableReader::Result TableReader::read() {
   find_columns();
   read_table();
@@ -295,11 +308,7 @@ TableReader::Result TableReader::read() {
   }
   if (!wishes_.keeps_spellings) unify_spellings();
   read_status();
-  const data::Table& table = result_.table;
-  // As numbers, 001 and 1 are the same plot.
-  if (wishes_.state == nullptr && table.has("plot") && !table.is_numeric("plot")) {
-    note(stand::describe_similar_plots(table.text("plot")));
-  }
+  describe_labels();
   resolve_repeated_rows();
   return std::move(result_);
 }

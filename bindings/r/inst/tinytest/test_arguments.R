@@ -104,3 +104,12 @@ twice <- rbind(transform(trees, date = as.Date("2010-05-03")), transform(trees, 
 grown <- quietly(stand_growth(twice, plot_area = 400))$growth_plots
 expect_equal(grown$years[1], as.numeric(as.Date("2015-06-01") - as.Date("2010-05-03")) / 365.2425, tolerance = 1e-4)
 expect_equal(quietly(stand_growth(transform(twice, date = as.POSIXct(date)), plot_area = 400))$growth_plots$years, grown$years, tolerance = 1e-4)
+
+# Heights of one species in feet among others in m
+species_of <- function(factor) {
+  d <- data.frame(species = rep(c("oak", "fir"), each = 20), dbh = seq(20, 30, length.out = 20), h = seq(18, 24, length.out = 20) + sin(1:40))
+  d$h[1:20] <- factor * d$h[1:20]
+  silvafit(h ~ a + b * dbh, d)
+}
+expect_message(species_of(1 / 0.3048), "of species oak, unlike others, h has the median")
+expect_silent(species_of(1))

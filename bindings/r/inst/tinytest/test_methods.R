@@ -123,6 +123,7 @@ says <- function(call, text) expect_true(grepl(text, unknown_argument(call), fix
 argument_fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly, random = Asym ~ 1 | Seed)
 loblolly_rows <- Loblolly[c(1, 20, 40), ]
 says(predict(argument_fit, loblolly_rows, levle = 0), "did you mean 'level'?")
+says(predict(argument_fit, loblolly_rows, levle = "population"), "did you mean 'level'?")
 says(predict(argument_fit, loblolly_rows, conf.level = 0.9), "use coverage")
 says(predict(argument_fit, data = loblolly_rows), "did you mean 'newdata'?")
 expect_equal(predict(argument_fit, loblolly_rows, allow.new.levels = TRUE), predict(argument_fit, loblolly_rows, new_groups = "population"))

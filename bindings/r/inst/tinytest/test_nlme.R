@@ -161,3 +161,11 @@ expect_false(length(suppressMessages(silvafit(distance ~ a + b * age, children, 
 plain <- as.data.frame(children)
 expect_equal(class_of_error(silvafit(distance ~ a + b * age, plain, fixed = a + b ~ 1)), "silvafit_usage_error")
 expect_true(grepl("order", message_of_error(silvafit(distance ~ a + b * age, plain, start = c(16, 0.6)))))
+
+# A correlation is over columns, not over expressions of them; nested groups need labels of their own.
+stems <- data.frame(site = rep(c("A", "B"), each = 12), tree = rep(rep(1:3, each = 4), 2), t = rep(1:4, 6), y = sin((1:24)^2))
+of_time <- function(form) silvafit(y ~ a + b * t, stems, correlation = corCAR1(form = form))
+expect_error(of_time(~ I(t / 10) | tree), "add a column to the data", class = "silvafit_formula_error")
+expect_error(of_time(~ t | site / tree), "labels of tree recur", class = "silvafit_usage_error")
+stems$own <- interaction(stems$site, stems$tree)
+expect_equal(c(logLik(of_time(~ t | own))), c(logLik(nlme::gls(y ~ t, stems, correlation = nlme::corCAR1(form = ~ t | own), method = "ML"))), tolerance = 1e-6)

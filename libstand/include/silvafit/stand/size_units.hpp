@@ -11,6 +11,10 @@
 
 namespace silvafit::stand {
 
+/// Medians of h/dbh, both in the same unit, of real stands; single trees have 15 to 300.
+inline constexpr double kLowestUsualSlenderness = 25.0;
+inline constexpr double kHighestUsualSlenderness = 140.0;
+
 /// The values of trees that the search for other units needs.
 struct TreeSizes {
   const data::TextColumn& plot;
@@ -45,11 +49,13 @@ struct SizeColumn {
   std::span<const double> values{};  ///< (N), NaN where missing
 };
 
-/// Refuses tables of trees some of whose plots, or whole columns, have another unit. Plots are
-/// compared by find_mixed_units(). Medians of columns are judged by what stands of trees can have:
-/// limits of sizes, and the height at which a stem of the dbh buckles under its own weight,
-/// 95 (dbh/m)^(2/3) m (McMahon 1973, Science 179: 1201-1204, from which no tree of 576 is higher);
-/// palms reach a quarter more (Rich 1986).
+/// Refuses tables of trees some of whose plots or species, or whole columns, have another unit.
+/// Plots are compared by find_mixed_units(). Medians of columns, and of those of each species, are
+/// judged by what stands of trees can have: limits of sizes, and the height at which a stem of the
+/// dbh buckles under its own weight, 95 (dbh/m)^(2/3) m (McMahon 1973, Science 179: 1201-1204, from
+/// which no tree of 576 is higher); palms reach a quarter more (Rich 1986). Also refuses dbh and h
+/// that are exchanged: heights vary less than diameters.
+///
 /// \param plot, species  (N); empty: unknown
 /// \throws InputError with the conversions that make plausible trees
 void check_units_of_trees(const data::TextColumn& plot,
