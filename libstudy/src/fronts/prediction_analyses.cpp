@@ -50,34 +50,32 @@ std::string note_on_new_groups(const std::vector<fit::RandomEffects>& terms,
                                bool is_calibrated) {
   const std::size_t count = unknown.size() - std::ranges::count(unknown, 0U);
   if (count == 0 || terms.empty()) return {};
-  std::vector<std::string> shown;
-  const auto show = [&](std::size_t term, std::size_t row) {
-    const std::vector<std::string> columns = columns_of(terms, term);
-    std::vector<std::string> parts;
-    for (const std::string& column : columns) {
-      const data::TextColumn labels = table.labels(column);
-      parts.emplace_back(labels.is_missing(row) ? "missing" : labels[row]);
-    }
-    const std::string label =
-        fmt::format("{} {}", fmt::join(columns, "/"), fmt::join(parts, " / "));
-    if (std::ranges::find(shown, label) == shown.end()) shown.push_back(label);
-  };
   constexpr std::size_t kMostShown = 5;
-  for (std::size_t row = 0; row < unknown.size() && shown.size() <= kMostShown; ++row) {
-    for (std::size_t t = 0; t < terms.size(); ++t) {
-      if ((unknown[row] >> t & 1U) != 0) show(t, row);
+  std::vector<std::string> by_term;
+  for (std::size_t t = 0; t < terms.size(); ++t) {
+    const std::vector<std::string> columns = columns_of(terms, t);
+    std::vector<data::TextColumn> labels;
+    for (const std::string& column : columns) labels.push_back(table.labels(column));
+    std::vector<std::string> shown;
+    for (std::size_t row = 0; row < unknown.size() && shown.size() <= kMostShown; ++row) {
+      if ((unknown[row] >> t & 1U) == 0) continue;
+      std::vector<std::string> parts;
+      for (const data::TextColumn& of : labels) {
+        parts.emplace_back(of.is_missing(row) ? "missing" : of[row]);
+      }
+      const std::string label = fmt::format("{}", fmt::join(parts, " / "));
+      if (std::ranges::find(shown, label) != shown.end()) continue;
+      shown.push_back(shown.size() < kMostShown ? label : "...");
     }
-  }
-  if (shown.size() > kMostShown) {
-    shown.resize(kMostShown);
-    shown.emplace_back("...");
+    if (shown.empty()) continue;
+    by_term.push_back(fmt::format("{} {}", fmt::join(columns, "/"), fmt::join(shown, ", ")));
   }
   return fmt::format(
       "{} of groups that are not in the fit{} ({}): their predictions have {}; `new_groups` has "
       "other choices",
       counted(count, "row is", "rows are"),
       is_calibrated ? " and have no measured row" : "",
-      fmt::join(shown, ", "),
+      fmt::join(by_term, "; "),
       terms[0].is_crossed ? "the effects of the known groups only" : "random effects 0");
 }
 
