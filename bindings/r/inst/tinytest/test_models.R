@@ -107,7 +107,8 @@ expect_equal(nlme::getGroupsFormula(by_both), ~ plot + year, check.attributes = 
 expect_equal(coef(by_both)$year$a, fixef(by_both)[["a"]] + ranef(by_both)$year$a)
 expect_equal(as.vector(predict(by_both, years)), as.vector(fitted(by_both)), tolerance = 1e-10)
 expect_equal(as.vector(predict(by_both, years, level = 0)), as.vector(fitted(by_both, level = "population")), tolerance = 1e-10)
-expect_equal(class_of_error(predict(by_both, years, level = "calibrated")), "silvafit_usage_error")
+# The effects of the groups of the fit, from their trees as if they were new.
+expect_equal(as.vector(predict(by_both, years, level = "calibrated", seen.groups = "new")), as.vector(fitted(by_both)), tolerance = 1e-6)
 linear <- silvafit(h ~ a + b * dbh + (1 | plot) + (1 | year), data = years)
 expect_equal(sort(names(ranef(linear))), c("plot", "year"))
 broken <- tempfile(fileext = ".json")
