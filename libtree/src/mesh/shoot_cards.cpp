@@ -27,14 +27,25 @@ struct Card {
 
 class CardWriter {
  public:
-  CardWriter(const Crown& crown, const LeafyShoots& shoots, double variation, PartBuilder& build)
+  /// \param tree  the tree's own shade and warmth
+  CardWriter(const Crown& crown,
+             const LeafyShoots& shoots,
+             double variation,
+             Jitter tree,
+             PartBuilder& build)
       : crown_(crown),
         shoots_(shoots),
         variation_(variation),
         cross_cos_(std::cos(kRadian * shoots.cross_deg)),
         cross_sin_(std::sin(kRadian * shoots.cross_deg)),
         light_(crown),
-        build_(build) {}
+        build_(build) {
+    // Trees of one species differ: some are darker, some more yellow.
+    constexpr double kOfTrees = 0.5;
+    const double bright = 1.0 + kOfTrees * variation * tree.next();
+    const double warm = kOfTrees * variation * tree.next();
+    tree_color_ = {bright * (1.0 + warm), bright, bright * (1.0 - warm)};
+  }
 
   /// \param number  of the shoot, which gives its side of the branch
   void add(const OnAxis& place,
@@ -282,9 +293,9 @@ class CardWriter {
     const double open = kInside + (1.0 - kInside) * light_.share(at);
     // In steps that compress well and are not visible.
     constexpr double kSteps = 10.0;
-    const std::uint8_t level =
-        to_byte(std::round(kSteps * open * shade / (1.0 + variation_)) / kSteps);
-    return {level, level, level, 255};
+    const double level = std::round(kSteps * open * shade / (1.0 + variation_)) / kSteps;
+    const auto channel = [&](std::size_t k) { return to_byte(level * tree_color_[k]); };
+    return {channel(0), channel(1), channel(2), 255};
   }
 
   const Crown& crown_;
@@ -292,6 +303,7 @@ class CardWriter {
   double variation_;
   double cross_cos_;  ///< of the angle between the two cards
   double cross_sin_;
+  Color tree_color_{};  ///< relative to the species'
   CrownLight light_;
   PartBuilder& build_;
 };
@@ -322,11 +334,12 @@ void add_shoots(const Skeleton& skeleton,
                 const MeshOptions& options,
                 const WoodShift& shift,
                 PartBuilder& build) {
+  const Jitter tree(random);
   const auto [size_m, sites] = shoot_sites(skeleton, crown, shoots, random, options);
   const double larger = std::sqrt(static_cast<double>(options.foliage_per));
   const std::size_t drawn = sites.size() / static_cast<std::size_t>(options.foliage_per) + 2;
   build.reserve(12 * drawn, 8 * drawn);
-  CardWriter writer(crown, shoots, variation, build);
+  CardWriter writer(crown, shoots, variation, tree, build);
   for (std::uint32_t i = 0; i < sites.size(); ++i) {
     Jitter jitter(random);
     if (i % static_cast<std::uint32_t>(options.foliage_per) != 0) continue;

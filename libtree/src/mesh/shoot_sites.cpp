@@ -375,6 +375,7 @@ class CrownFill {
     }
   }
 
+  /// Whether a point is inside the crown made smaller.
   bool is_deep(Point place) const {
     constexpr double kInner = 0.55;
     const Point center{0.0, 0.0, crown_.hc_m()};
