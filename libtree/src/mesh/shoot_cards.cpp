@@ -289,7 +289,7 @@ class CardWriter {
 
   /// Ambient occlusion: leaves deep in the crown get less light from the sky.
   Bytes4 shaded(Point at, double shade) const {
-    constexpr double kInside = 0.6;
+    constexpr double kInside = 0.7;
     const double open = kInside + (1.0 - kInside) * light_.share(at);
     // In steps that compress well and are not visible.
     constexpr double kSteps = 10.0;

@@ -422,7 +422,7 @@ ShootNumber number_of_shoots(const LeafyShoots& shoots, const Crown& crown, doub
   // Wide crowns are deep, and slender ones leave gaps between them: both are assumed to have a
   // larger leaf area index than the stand's mean.
   constexpr double kUsualWidth = 4.0;
-  constexpr double kUsualSlenderness = 1.0;
+  constexpr double kUsualSlenderness = 1.5;
   constexpr double kDeepest = 2.4;
   const double slenderness = (crown.h_m() - crown.hcb_m()) / r.width_m();
   const double depth = std::clamp(
