@@ -68,11 +68,12 @@ TEST_CASE("the shoots of a tree have its leaf area") {
       const double leaf_area_index =
           covered * area_m2(foliage) / (0.25 * std::numbers::pi * cw_m * cw_m);
       INFO(name << ' ' << cw_m << ": " << foliage.triangle_count() / 8 << " shoots");
-      // More in crowns wider than 4 m, or more than 1.5 times as long as wide. Shoots at the
-      // crown's surface are smaller, so that they stay inside; the others are larger, but by no
-      // more than three tenths.
-      const double depth = std::clamp(std::max(cw_m / 4.0, 13.0 / cw_m / 1.5), 1.0, 2.4);
-      const double wanted = depth * preset.leafy_shoots.leaf_area_index;
+      // More in crowns wider than 5 m, or more than 1.8 times as long as wide, and filled ones.
+      // Shoots at the crown's surface are smaller, so that they stay inside; the others are larger,
+      // but by no more than three tenths.
+      const double depth = std::clamp(std::max(cw_m / 5.0, 13.0 / cw_m / 1.8), 1.0, 1.8);
+      const double filled = preset.leafy_shoots.reach > 0.0 ? 1.5 : 1.0;
+      const double wanted = filled * depth * preset.leafy_shoots.leaf_area_index;
       CHECK(leaf_area_index <= 1.1 * wanted);
       CHECK(leaf_area_index >= 0.7 * wanted);
     }

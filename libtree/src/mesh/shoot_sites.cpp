@@ -161,11 +161,11 @@ double bare_top_m(const Skeleton& skeleton) {
 
 /// The top of the stem, the ends of all branches but the thinnest, and what is bare before these
 /// ends, so that all have leaves.
-/// \param with_twigs  also before the ends of twigs, if there are no shoots along them
+/// \param most_on_twigs  before their ends, if there are no shoots along them
 std::vector<ShootSite> sites_at_ends(const Skeleton& skeleton,
                                      const std::vector<LeafyPart>& parts,
                                      double size_m,
-                                     bool with_twigs) {
+                                     int most_on_twigs) {
   std::vector<ShootSite> sites;
   const double stem_m = line_length_m(skeleton.points_of(skeleton.axes.front()));
   constexpr double kApart = 0.35;
@@ -189,9 +189,10 @@ std::vector<ShootSite> sites_at_ends(const Skeleton& skeleton,
     constexpr double kThick = 0.025;
     constexpr int kMostOnBranch = 8;
     const bool is_twig = part.end_m == part.whole_m && diameter_m(part) < kThick;
-    if ((is_twig && !with_twigs) || !is_wood(part)) continue;
+    if (!is_wood(part)) continue;
     const double leafy_m = std::min(part.end_m, part.length_m);
-    for (int i = 1; i <= kMostOnBranch && sites.size() < kMostShoots; ++i) {
+    const int most = is_twig ? most_on_twigs : kMostOnBranch;
+    for (int i = 1; i <= most && sites.size() < kMostShoots; ++i) {
       const double back_m = kApart * i * size_m;
       if (back_m > leafy_m) break;
       sites.push_back({part.axis, part.whole_m - back_m, back_m});
@@ -421,13 +422,15 @@ ShootNumber number_of_shoots(const LeafyShoots& shoots, const Crown& crown, doub
   constexpr double kLargest = 1.3;
   // Wide crowns are deep, and slender ones leave gaps between them: both are assumed to have a
   // larger leaf area index than the stand's mean.
-  constexpr double kUsualWidth = 4.0;
-  constexpr double kUsualSlenderness = 1.5;
-  constexpr double kDeepest = 2.4;
+  constexpr double kUsualWidth = 5.0;
+  constexpr double kUsualSlenderness = 1.8;
+  constexpr double kDeepest = 1.8;
+  // Leaves on all sides of a crown get light from there, and hide its middle.
+  const double filled = shoots.reach > 0.0 ? 1.5 : 1.0;
   const double slenderness = (crown.h_m() - crown.hcb_m()) / r.width_m();
   const double depth = std::clamp(
       std::max(r.width_m() / kUsualWidth, slenderness / kUsualSlenderness), 1.0, kDeepest);
-  const double needed = depth * shoots.leaf_area_index * area_m2 /
+  const double needed = filled * depth * shoots.leaf_area_index * area_m2 /
                         (covered * shoots.length_m * shoots.length_m);  // at scale 1
   double scale = smallest;
   if (needed > kMost * scale * scale) {
@@ -461,9 +464,11 @@ ShootSites shoot_sites(const Skeleton& skeleton,
   Jitter places(random);
   if (shoots.is_whole_twig) return {size_m, sites_of_whole_twigs(skeleton, parts)};
   SurfaceCells(crown).follow(skeleton, parts);
-  std::vector<ShootSite> sites = sites_at_ends(skeleton, parts, size_m, shoots.reach > 0.0);
+  // The space around a drawing that is not fitted is not a crown.
+  const bool fills = shoots.reach > 0.0 && crown.is_bounded();
+  std::vector<ShootSite> sites = sites_at_ends(skeleton, parts, size_m, fills ? 2 : 0);
   const int rest = number.shoots - static_cast<int>(sites.size());
-  if (shoots.reach > 0.0) {
+  if (fills) {
     CrownFill(skeleton, crown, shoots, size_m)
         .add(parts, options, std::max(rest, 0), places, sites);
     return {size_m, std::move(sites)};

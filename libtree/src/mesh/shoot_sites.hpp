@@ -25,10 +25,10 @@ struct OnAxis {
 struct ShootSite {
   std::uint32_t axis = 0;
   double along_m = 0.0;
-  double rest_m = 0.0;   ///< up to the end of the axis
-  double twig_m = 0.0;   ///< length of the twig that the shoot is, if it is a whole one
-  bool is_twig = false;  ///< along a twig that is not drawn as wood
-  bool is_tip = false;   ///< at the end of a branch
+  double rest_m = 0.0;           ///< up to the end of the axis
+  double twig_m = 0.0;           ///< length of the twig that the shoot is, if it is a whole one
+  bool is_twig = false;          ///< along a twig that is not drawn as wood
+  bool is_tip = false;           ///< at the end of a branch
   std::optional<OnAxis> free{};  ///< into a gap of the crown, from a branch or from another shoot
 };
 
