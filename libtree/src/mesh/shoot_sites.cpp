@@ -285,7 +285,8 @@ void add_sites_along(const std::vector<LeafyPart>& parts,
 }
 
 /// Shoots that fill the outer part of the crown: each grows from the nearest branch, or from the
-/// end of another such shoot, towards a point of an even sequence (R3 of Roberts 2018).
+/// end of another such shoot, towards a random place, the nearest place first (as branches do by
+/// space colonization: Runions, Lane and Prusinkiewicz 2007).
 class CrownFill {
  public:
   CrownFill(const Skeleton& skeleton, const Crown& crown, const LeafyShoots& shoots, double size_m)
