@@ -191,6 +191,12 @@ class BambooGrower {
            (shoot.is_second ? kSecond : 0.0) + (shoot.base.z > tip.z ? 1.0 : 0.0);
   }
 
+  /// Shorter branches are not drawn.
+  double shortest_m(double radius_m) const {
+    constexpr double kShortest = 0.05;
+    return kShortest * std::min(radius_m, shape_.h_m - shape_.hcb_m);
+  }
+
   /// End of a branch that is not moved to a radius.
   Point free_tip(const Shoot& shoot) const {
     const double elevation = std::max(shoot.elevation_rad - 0.5 * shoot.bend_rad, kFlattest);
@@ -211,7 +217,12 @@ class BambooGrower {
       along = direction(there - shoot.base);
       wanted = length(there - shoot.base);
     }
-    const double reach = crown_.length_inside_m(shoot.base, along, wanted);
+    double reach = crown_.length_inside_m(shoot.base, along, wanted);
+    if (shoot.length_share * reach < shortest_m(radius)) {
+      // The culm bows to the crown's surface there: the branch grows to its other side.
+      along = {-along.x, -along.y, along.z};
+      reach = crown_.length_inside_m(shoot.base, along, wanted);
+    }
     return shoot.base + shoot.length_share * reach * along;
   }
 
@@ -250,9 +261,7 @@ class BambooGrower {
     const Point tip = shoot.tip.value_or(free_tip(shoot));
     const double span = length(tip - shoot.base);
     // Parts outside the crown curve are cut off and have no twigs.
-    constexpr double kShortest = 0.05;
-    const double radius_there = crown_.radius_m(tip.x, tip.y);
-    if (!shoot.tip && span < kShortest * std::min(radius_there, shape_.h_m - shape_.hcb_m)) return;
+    if (!shoot.tip && span < shortest_m(crown_.radius_m(tip.x, tip.y))) return;
     const std::vector<Point> line = arch(shoot, tip, branches.segments);
     const std::uint32_t axis = skeleton_.add_axis(1, 0);
     const double radius =

@@ -21,7 +21,7 @@ Skeleton FreeBuilder::grow_skeleton(const TreeShape& shape,
                                     const MeshOptions& mesh) const {
   const Skeleton grown = drawn(shape.h_m, !shows_shoots(preset().style, mesh), random);
   try {
-    return fit_to_measurements(grown, shape, crown, preset().taper, preset().fit);
+    return fit_to_measurements(grown, shape, crown, preset().taper, preset().head);
   } catch (const GeometryError& error) {
     // The drawing causes the error, not the measurements.
     throw GeometryError(error.message(), {.file = file_of(shape.h_m)});

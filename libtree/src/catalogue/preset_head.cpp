@@ -54,12 +54,8 @@ void read_head(const std::filesystem::path& models,
                const data::JsonReader& entry,
                std::vector<std::string_view> others,
                FreePreset& preset) {
-  others.insert(others.end(), {"largest_gap", "leafy_shoots"});
+  others.insert(others.end(), {"leafy_shoots"});
   read_head(models, entry, std::move(others), static_cast<PresetHead&>(preset));
-  constexpr double kSmallestGap = 0.1;
-  if (entry.has("largest_gap")) {
-    preset.fit.largest_gap = entry.at("largest_gap").number_between(kSmallestGap, 2.0);
-  }
   preset.style.bark = preset.bark;
   if (entry.has("leafy_shoots")) {
     preset.style.shoots = leafy_shoots_of(models, entry.at("leafy_shoots"));

@@ -10,7 +10,6 @@
 
 #include "fitted/crown_map.hpp"
 #include "fitted/fitted_leaves.hpp"
-#include "fitted/gap_branches.hpp"
 #include "fitted/radius_axes.hpp"
 #include "fitted/standing_skeleton.hpp"
 #include "segments/affine_map.hpp"
@@ -454,10 +453,8 @@ Skeleton fit_to_measurements(const Skeleton& grown,
                              const TreeShape& shape,
                              const Crown& crown,
                              const Taper& taper,
-                             const FitOptions& options) {
-  Skeleton fitted = Fitter(standing(grown), shape, crown, taper, options.head).run();
-  if (options.largest_gap > 0.0) fill_gaps(fitted, crown, options.largest_gap);
-  return fitted;
+                             double head) {
+  return Fitter(standing(grown), shape, crown, taper, head).run();
 }
 
 }  // namespace silvafit::tree

@@ -151,6 +151,11 @@ Skeleton scaled_to_height(Skeleton grown, double h_m) {
   for (SkeletonPoint& point : grown.points) {
     point.at = scale * (point.at - base);
     point.radius_m *= scale;
+    // The thinnest axes of a figure are seen in a picture of the whole tree. Their tips are points.
+    constexpr double kThinnest = 0.001;
+    if (point.radius_m > 0.0 && point.at.z > kBreastHeight) {
+      point.radius_m = std::max(point.radius_m, kThinnest * h_m);
+    }
   }
   for (LeafSite& leaf : grown.leaves) {
     leaf.at = scale * (leaf.at - base);

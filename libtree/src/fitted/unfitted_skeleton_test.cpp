@@ -55,6 +55,10 @@ TEST_CASE("an unfitted tree of figure 7 has the angles and ratios of the paper's
     const Skeleton tree = drawn(BuilderKind::kLsystem, name, 12.0);
     const auto stem = tree.points_of(tree.axes.front());
     CHECK(stem.back().at.z == Approx(12.0).epsilon(1e-12));
+    // Axes are seen in a picture of the whole tree: 0.2 % of its height thick, above breast height.
+    CHECK(std::all_of(tree.points.begin(), tree.points.end(), [](const SkeletonPoint& point) {
+      return point.radius_m == 0.0 || point.at.z <= kBreastHeight || point.radius_m >= 0.012;
+    }));
     const double first_m = stem[1].at.z - stem[0].at.z;
     for (std::size_t i = 1; i < tree.axes.size(); ++i) {
       const Axis& axis = tree.axes[i];

@@ -190,7 +190,7 @@ std::unique_ptr<IfsBuilder> IfsBuilder::load(const std::filesystem::path& models
   preset.variation = variation_of(entry.at("variation"));
   preset.limits = limits_of(entry.at("recursion"));
   preset.leaves = leaves_of(entry.at("leaves"));
-  if (entry.has("head")) preset.fit.head = entry.at("head").number_between(0.0, 0.95);
+  if (entry.has("head")) preset.head = entry.at("head").number_between(0.0, 0.95);
   preset.style.leaves.push_back(leaf_look_of(entry.at("leaves").at("look")));
   preset.leaf = preset.style.leaves.front().color;
   check_number(entry, preset);

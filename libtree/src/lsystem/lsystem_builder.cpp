@@ -109,7 +109,7 @@ LsystemBuilder::~LsystemBuilder() = default;
 std::unique_ptr<LsystemBuilder> LsystemBuilder::with_grammar(const Grammar& grammar) const {
   LsystemPreset changed = preset_;
   changed.stages = {{0.0, grammar}};
-  changed.fit = {};  // shows the user's branches only
+  if (changed.style.shoots) changed.style.shoots->reach = 0.0;  // along the user's branches only
   return std::make_unique<LsystemBuilder>(std::move(changed));
 }
 

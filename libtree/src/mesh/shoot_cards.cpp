@@ -27,24 +27,35 @@ struct Card {
 
 class CardWriter {
  public:
-  CardWriter(const Crown& crown, const LeafyShoots& shoots, double variation, PartBuilder& build)
+  /// \param tree  the tree's own shade and warmth
+  CardWriter(const Crown& crown,
+             const LeafyShoots& shoots,
+             double variation,
+             Jitter tree,
+             PartBuilder& build)
       : crown_(crown),
         shoots_(shoots),
         variation_(variation),
         cross_cos_(std::cos(kRadian * shoots.cross_deg)),
         cross_sin_(std::sin(kRadian * shoots.cross_deg)),
         light_(crown),
-        build_(build) {}
+        build_(build) {
+    // Trees of one species differ: some are darker, some more yellow.
+    constexpr double kOfTrees = 0.5;
+    const double bright = 1.0 + kOfTrees * variation * tree.next();
+    const double warm = kOfTrees * variation * tree.next();
+    tree_color_ = {bright * (1.0 + warm), bright, bright * (1.0 - warm)};
+  }
 
   /// \param number  of the shoot, which gives its side of the branch
   void add(const OnAxis& place,
            double end,
-           bool is_twig,
+           const ShootSite& site,
            double size_m,
            std::uint32_t number,
            Jitter& jitter) {
     const Point outward = light_.outward(place.at);
-    const Point along = direction_of(place, end, outward, number, jitter);
+    const Point along = site.free ? place.along : direction_of(place, end, outward, number, jitter);
     const double size = size_m * (1.0 + 0.15 * jitter.next());
     Point base = moved_inside(place.at, along, size, 0.75 * size);
     if (!crown_.contains(base)) base = crown_.confine(base);
@@ -55,7 +66,9 @@ class CardWriter {
                   outward,
                   number,
                   jitter,
-                  end > 0.5 && !is_twig ? At::kEnd : At::kBranch);
+                  site.free                    ? At::kBeside
+                  : end > 0.5 && !site.is_twig ? At::kEnd
+                                               : At::kBranch);
   }
 
   /// The shoot at the very end of a branch, which covers its tip.
@@ -84,8 +97,9 @@ class CardWriter {
   }
 
  private:
-  /// Where a shoot is on its branch. Those at its end must cover it and are not moved.
-  enum class At { kBranch, kEnd, kTip };
+  /// Where a shoot is on its branch. Those at its end must cover it and are not moved; those beside
+  /// it, in a gap of the crown, are not needed where they have no room.
+  enum class At { kBranch, kEnd, kTip, kBeside };
 
   /// A shoot that would reach out of the crown starts farther inside.
   Point moved_inside(Point base, Point along, double size_m, double farthest_m) const {
@@ -135,8 +149,9 @@ class CardWriter {
     const std::size_t picture = (number * 2654435761U >> 13U) % kShootsPerAtlas;
     const double shade = 1.0 + variation_ * jitter.next();
     const Bytes4 color = shaded(base + 0.5 * size_m * along, shade);
-    const Point moved =
-        at == At::kBranch ? with_room(base, size_m, {along, side, crossed}, outward) : base;
+    const Point moved = at == At::kBranch || at == At::kBeside
+                            ? with_room(base, size_m, {along, side, crossed}, outward)
+                            : base;
     const auto cards_at = [&](Point start) {
       const auto card_of = [&](Point across) {
         const Card whole{start, size_m * along, 0.5 * size_m * across};
@@ -149,7 +164,9 @@ class CardWriter {
         cards.begin(), cards.end(), [&](const Card& card) { return reaches(card, branch); });
     // Where the crown has hardly any room, a shoot would float beside its branch.
     if (at == At::kBranch && !is_attached) cards = cards_at(branch);
-    for (const Card& drawn : cards) card(drawn, picture, outward, color);
+    for (const Card& drawn : cards) {
+      if (at != At::kBeside || fits(drawn)) card(drawn, picture, outward, color);
+    }
   }
 
   /// Where the middle line of a card is nearest to a point, as a proportion of its length.
@@ -276,9 +293,9 @@ class CardWriter {
     const double open = kInside + (1.0 - kInside) * light_.share(at);
     // In steps that compress well and are not visible.
     constexpr double kSteps = 10.0;
-    const std::uint8_t level =
-        to_byte(std::round(kSteps * open * shade / (1.0 + variation_)) / kSteps);
-    return {level, level, level, 255};
+    const double level = std::round(kSteps * open * shade / (1.0 + variation_)) / kSteps;
+    const auto channel = [&](std::size_t k) { return to_byte(level * tree_color_[k]); };
+    return {channel(0), channel(1), channel(2), 255};
   }
 
   const Crown& crown_;
@@ -286,6 +303,7 @@ class CardWriter {
   double variation_;
   double cross_cos_;  ///< of the angle between the two cards
   double cross_sin_;
+  Color tree_color_{};  ///< relative to the species'
   CrownLight light_;
   PartBuilder& build_;
 };
@@ -316,16 +334,18 @@ void add_shoots(const Skeleton& skeleton,
                 const MeshOptions& options,
                 const WoodShift& shift,
                 PartBuilder& build) {
+  const Jitter tree(random);
   const auto [size_m, sites] = shoot_sites(skeleton, crown, shoots, random, options);
   const double larger = std::sqrt(static_cast<double>(options.foliage_per));
   const std::size_t drawn = sites.size() / static_cast<std::size_t>(options.foliage_per) + 2;
   build.reserve(12 * drawn, 8 * drawn);
-  CardWriter writer(crown, shoots, variation, build);
+  CardWriter writer(crown, shoots, variation, tree, build);
   for (std::uint32_t i = 0; i < sites.size(); ++i) {
     Jitter jitter(random);
     if (i % static_cast<std::uint32_t>(options.foliage_per) != 0) continue;
     const ShootSite& site = sites[i];
-    OnAxis place = on_axis(skeleton.points_of(skeleton.axes[site.axis]), site.along_m);
+    OnAxis place = site.free ? *site.free
+                             : on_axis(skeleton.points_of(skeleton.axes[site.axis]), site.along_m);
     if (shift) place.at = place.at + shift(site.axis, place.at);
     place.at = crown.confine(place.at);
     if (site.twig_m > 0.0) {
@@ -339,7 +359,7 @@ void add_shoots(const Skeleton& skeleton,
     }
     // The last shoots of a branch continue it.
     const double end = std::clamp(1.0 - site.rest_m / (0.6 * size_m), 0.0, 1.0);
-    writer.add(place, end, site.is_twig, size_m, i, jitter);
+    writer.add(place, end, site, size_m, i, jitter);
   }
 }
 

@@ -68,11 +68,12 @@ TEST_CASE("the shoots of a tree have its leaf area") {
       const double leaf_area_index =
           covered * area_m2(foliage) / (0.25 * std::numbers::pi * cw_m * cw_m);
       INFO(name << ' ' << cw_m << ": " << foliage.triangle_count() / 8 << " shoots");
-      // More in crowns wider than 5 m, or more than 1.8 times as long as wide. Shoots at the
-      // crown's surface are smaller, so that they stay inside; the others are larger, but by no
-      // more than three tenths.
+      // More in crowns wider than 5 m, or more than 1.8 times as long as wide, and filled ones.
+      // Shoots at the crown's surface are smaller, so that they stay inside; the others are larger,
+      // but by no more than three tenths.
       const double depth = std::clamp(std::max(cw_m / 5.0, 13.0 / cw_m / 1.8), 1.0, 1.8);
-      const double wanted = depth * preset.leafy_shoots.leaf_area_index;
+      const double filled = preset.leafy_shoots.reach > 0.0 ? 1.5 : 1.0;
+      const double wanted = filled * depth * preset.leafy_shoots.leaf_area_index;
       CHECK(leaf_area_index <= 1.1 * wanted);
       CHECK(leaf_area_index >= 0.7 * wanted);
     }
@@ -355,6 +356,44 @@ double detached_share(const Mesh& mesh) {
 }
 
 }  // namespace
+
+// In nature leaves hide the wood that carries them; it is seen inside the crown and below.
+TEST_CASE("leaves cover the wood near the surface of broadleaf crowns") {
+  for (const char* name : {"quercus-robur",
+                           "fagus",
+                           "betula",
+                           "populus",
+                           "acer",
+                           "fraxinus",
+                           "machilus-pauhoi",
+                           "schima-superba",
+                           "generic-broadleaf"}) {
+    const Builder& builder = all_builders().named(BuilderKind::kSegment, name);
+    std::size_t covered = 0;
+    std::size_t all = 0;
+    for (int i = 0; i < 4; ++i) {
+      Morphology tree = tall_tree(8.0);
+      tree.tree = std::to_string(i);
+      const SceneTree grown = grow_tree(tree, builder, {.mesh = {.textured = true}});
+      const Crown crown(builder.shape_of(tree), builder.preset().crown_index);
+      const MeshPart& foliage = grown.mesh.parts.back();
+      for (const Point wood : points_of_wood(grown.mesh)) {
+        // The outer fifth of the crown.
+        const Point out{
+            1.25 * wood.x, 1.25 * wood.y, crown.hc_m() + 1.25 * (wood.z - crown.hc_m())};
+        if (wood.z < crown.hcb_m() || crown.contains(out)) continue;
+        ++all;
+        for (std::size_t t = 0; t < foliage.triangle_count(); ++t) {
+          if (test::distance_to_triangle(wood, test::triangle_of(foliage, t)) > 0.2) continue;
+          ++covered;
+          break;
+        }
+      }
+    }
+    INFO(name << ": " << covered << " of " << all << " points");
+    CHECK(static_cast<double>(covered) >= 0.9 * static_cast<double>(all));
+  }
+}
 
 TEST_CASE("shoots are attached to the wood or to one another") {
   for (const BuilderKind kind : {BuilderKind::kSegment, BuilderKind::kLsystem, BuilderKind::kIfs}) {

@@ -161,9 +161,11 @@ double bare_top_m(const Skeleton& skeleton) {
 
 /// The top of the stem, the ends of all branches but the thinnest, and what is bare before these
 /// ends, so that all have leaves.
+/// \param most_on_twigs  before their ends, if there are no shoots along them
 std::vector<ShootSite> sites_at_ends(const Skeleton& skeleton,
                                      const std::vector<LeafyPart>& parts,
-                                     double size_m) {
+                                     double size_m,
+                                     int most_on_twigs) {
   std::vector<ShootSite> sites;
   const double stem_m = line_length_m(skeleton.points_of(skeleton.axes.front()));
   constexpr double kApart = 0.35;
@@ -187,9 +189,10 @@ std::vector<ShootSite> sites_at_ends(const Skeleton& skeleton,
     constexpr double kThick = 0.025;
     constexpr int kMostOnBranch = 8;
     const bool is_twig = part.end_m == part.whole_m && diameter_m(part) < kThick;
-    if (is_twig || !is_wood(part)) continue;
+    if (!is_wood(part)) continue;
     const double leafy_m = std::min(part.end_m, part.length_m);
-    for (int i = 1; i <= kMostOnBranch && sites.size() < kMostShoots; ++i) {
+    const int most = is_twig ? most_on_twigs : kMostOnBranch;
+    for (int i = 1; i <= most && sites.size() < kMostShoots; ++i) {
       const double back_m = kApart * i * size_m;
       if (back_m > leafy_m) break;
       sites.push_back({part.axis, part.whole_m - back_m, back_m});
@@ -281,6 +284,115 @@ void add_sites_along(const std::vector<LeafyPart>& parts,
   }
 }
 
+/// Shoots that fill the outer part of the crown: each grows from the nearest branch, or from the
+/// end of another such shoot, towards a random place, the nearest place first (as branches do by
+/// space colonization: Runions, Lane and Prusinkiewicz 2007).
+class CrownFill {
+ public:
+  CrownFill(const Skeleton& skeleton, const Crown& crown, const LeafyShoots& shoots, double size_m)
+      : skeleton_(skeleton),
+        crown_(crown),
+        size_m_(size_m),
+        reach_m_(shoots.reach * size_m),
+        lift_(shoots.lift) {}
+
+  void add(const std::vector<LeafyPart>& parts,
+           const MeshOptions& options,
+           int number,
+           Jitter& random,
+           std::vector<ShootSite>& sites) {
+    for (const LeafyPart& part : parts) add_starts(part, options);
+    if (starts_.empty()) return;
+    place_targets(number, random);
+    while (!targets_.empty()) {
+      const auto next =
+          std::min_element(targets_.begin(), targets_.end(), [](const Target& a, const Target& b) {
+            return a.squared_m2 < b.squared_m2;
+          });
+      const Target target = *next;
+      *next = targets_.back();
+      targets_.pop_back();
+      const Start from = starts_[target.start];
+      const Point aim = direction(target.at - from.at, from.along);
+      const Point along = direction(aim + Point{0.0, 0.0, lift_}, aim);
+      sites.push_back({.axis = from.axis, .free = OnAxis{from.at, along}});
+      // Another one may start before the end of this one.
+      constexpr double kNext = 0.7;
+      const double next_m = crown_.length_inside_m(from.at, along, kNext * size_m_);
+      starts_.push_back({from.at + next_m * along, along, from.axis});
+      for (Target& other : targets_) other.look_at(starts_, starts_.size() - 1);
+    }
+  }
+
+ private:
+  struct Start {
+    Point at{};
+    Point along{};
+    std::uint32_t axis = 0;
+  };
+  struct Target {
+    Point at{};
+    std::size_t start = 0;
+    double squared_m2 = std::numeric_limits<double>::infinity();
+
+    void look_at(const std::vector<Start>& starts, std::size_t i) {
+      const Point apart = at - starts[i].at;
+      const double squared = dot(apart, apart);
+      if (squared >= squared_m2) return;
+      squared_m2 = squared;
+      start = i;
+    }
+  };
+
+  void add_starts(const LeafyPart& part, const MeshOptions& options) {
+    const Axis& axis = skeleton_.axes[part.axis];
+    if (!is_drawn(axis, skeleton_.points[axis.first], options)) return;
+    const auto points = skeleton_.points_of(axis);
+    const int steps = 1 + static_cast<int>(2.0 * part.length_m / size_m_);
+    for (int i = 0; i <= steps; ++i) {
+      const auto [at, along] =
+          on_axis(points, part.from_m + part.length_m * static_cast<double>(i) / steps);
+      starts_.push_back({at, along, part.axis});
+    }
+  }
+
+  /// Points between the crown's surface and the same surface made smaller, near the wood.
+  void place_targets(int number, Jitter& random) {
+    const CrownRadii& r = crown_.radii();
+    const Point middle{0.5 * (r.east_m - r.west_m),
+                       0.5 * (r.north_m - r.south_m),
+                       0.5 * (crown_.h_m() + crown_.hcb_m())};
+    const Point half{0.5 * (r.east_m + r.west_m),
+                     0.5 * (r.north_m + r.south_m),
+                     0.5 * (crown_.h_m() - crown_.hcb_m())};
+    const int tries = 20 * number;
+    targets_.reserve(static_cast<std::size_t>(number));
+    for (int i = 0; i < tries && static_cast<int>(targets_.size()) < number; ++i) {
+      const Point place =
+          middle + Point{half.x * random.next(), half.y * random.next(), half.z * random.next()};
+      if (!crown_.contains(place) || is_deep(place)) continue;
+      Target target{place};
+      for (std::size_t k = 0; k < starts_.size(); ++k) target.look_at(starts_, k);
+      if (target.squared_m2 <= reach_m_ * reach_m_) targets_.push_back(target);
+    }
+  }
+
+  /// Whether a point is inside the crown made smaller.
+  bool is_deep(Point place) const {
+    constexpr double kInner = 0.55;
+    const Point center{0.0, 0.0, crown_.hc_m()};
+    return crown_.contains(center + 1.0 / kInner * (place - center));
+  }
+
+  const Skeleton& skeleton_;
+  const Crown& crown_;
+  double size_m_;
+  double reach_m_;
+  double lift_;
+  std::vector<Start> starts_{};
+  std::vector<Target> targets_{};
+};
+
 }  // namespace
 
 OnAxis on_axis(std::span<const SkeletonPoint> points, double along_m) {
@@ -314,10 +426,12 @@ ShootNumber number_of_shoots(const LeafyShoots& shoots, const Crown& crown, doub
   constexpr double kUsualWidth = 5.0;
   constexpr double kUsualSlenderness = 1.8;
   constexpr double kDeepest = 1.8;
+  // Leaves on all sides of a crown get light from there, and hide its middle.
+  const double filled = shoots.reach > 0.0 ? 1.5 : 1.0;
   const double slenderness = (crown.h_m() - crown.hcb_m()) / r.width_m();
   const double depth = std::clamp(
       std::max(r.width_m() / kUsualWidth, slenderness / kUsualSlenderness), 1.0, kDeepest);
-  const double needed = depth * shoots.leaf_area_index * area_m2 /
+  const double needed = filled * depth * shoots.leaf_area_index * area_m2 /
                         (covered * shoots.length_m * shoots.length_m);  // at scale 1
   double scale = smallest;
   if (needed > kMost * scale * scale) {
@@ -328,9 +442,9 @@ ShootNumber number_of_shoots(const LeafyShoots& shoots, const Crown& crown, doub
   const double most = std::min(kMost, leafy_m / (kDensest * scale * shoots.length_m) + 1.0);
   const double number = std::clamp(needed / (scale * scale), 8.0, std::max(most, 8.0));
   // Shoots that have no room in the crown become smaller, so that narrow crowns lose a part of
-  // their leaf area, by a measurement of all presets 1.7 shoots' lengths by the crown's width. All
+  // their leaf area, by a measurement of all presets 1.5 shoots' lengths by the crown's width. All
   // shoots are larger in return.
-  constexpr double kLost = 1.7;
+  constexpr double kLost = 1.5;
   const double lost = std::min(kLost * scale * shoots.length_m / narrowest, 0.5);
   const double larger = std::min(scale / std::sqrt(1.0 - lost), std::max(scale, kLargest));
   return {static_cast<int>(std::lround(number)), larger};
@@ -351,8 +465,15 @@ ShootSites shoot_sites(const Skeleton& skeleton,
   Jitter places(random);
   if (shoots.is_whole_twig) return {size_m, sites_of_whole_twigs(skeleton, parts)};
   SurfaceCells(crown).follow(skeleton, parts);
-  std::vector<ShootSite> sites = sites_at_ends(skeleton, parts, size_m);
+  // The space around a drawing that is not fitted is not a crown.
+  const bool fills = shoots.reach > 0.0 && crown.is_bounded();
+  std::vector<ShootSite> sites = sites_at_ends(skeleton, parts, size_m, fills ? 2 : 0);
   const int rest = number.shoots - static_cast<int>(sites.size());
+  if (fills) {
+    CrownFill(skeleton, crown, shoots, size_m)
+        .add(parts, options, std::max(rest, 0), places, sites);
+    return {size_m, std::move(sites)};
+  }
   SitesAlong along(skeleton, size_m, options, sites);
   add_sites_along(parts, rest, places, along);
   return {size_m, std::move(sites)};

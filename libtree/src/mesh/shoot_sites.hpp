@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -14,14 +15,21 @@
 
 namespace silvafit::tree {
 
+/// A point of an axis and the direction there.
+struct OnAxis {
+  Point at{};
+  Point along{};
+};
+
 /// The position of a shoot.
 struct ShootSite {
   std::uint32_t axis = 0;
   double along_m = 0.0;
-  double rest_m = 0.0;   ///< up to the end of the axis
-  double twig_m = 0.0;   ///< length of the twig that the shoot is, if it is a whole one
-  bool is_twig = false;  ///< along a twig that is not drawn as wood
-  bool is_tip = false;   ///< at the end of a branch
+  double rest_m = 0.0;           ///< up to the end of the axis
+  double twig_m = 0.0;           ///< length of the twig that the shoot is, if it is a whole one
+  bool is_twig = false;          ///< along a twig that is not drawn as wood
+  bool is_tip = false;           ///< at the end of a branch
+  std::optional<OnAxis> free{};  ///< into a gap of the crown, from a branch or from another shoot
 };
 
 /// The sites of a tree's shoots, and their length [m].
@@ -46,12 +54,6 @@ struct ShootNumber {
 };
 /// \param leafy_m  length of the branches that bear shoots
 ShootNumber number_of_shoots(const LeafyShoots& shoots, const Crown& crown, double leafy_m);
-
-/// A point of an axis and the direction there.
-struct OnAxis {
-  Point at{};
-  Point along{};
-};
 
 OnAxis on_axis(std::span<const SkeletonPoint> points, double along_m);
 

@@ -112,7 +112,7 @@ class SegmentBuilder : public Builder {
 
 /// The fields of presets whose skeletons grow without measurements.
 struct FreePreset : PresetHead {
-  FitOptions fit{};
+  double head = 0.0;  ///< as of fit_to_measurements
   SmoothStyle style{};
 };
 

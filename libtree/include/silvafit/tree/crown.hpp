@@ -38,6 +38,7 @@ class Crown {
   /// are.
   static Crown unbounded(const TreeShape& shape);
 
+  bool is_bounded() const { return is_bounded_; }
   double h_m() const { return h_m_; }
   double hcb_m() const { return hcb_m_; }
   double hc_m() const { return hc_m_; }

@@ -9,16 +9,6 @@
 
 namespace silvafit::tree {
 
-struct FitOptions {
-  /// 0, or the proportion of the crown's length below which no branch starts, as in a tree fern:
-  /// branches arch from there to the crown's surface, and the lowest one hangs down to the crown
-  /// base, where it ends.
-  double head = 0.0;
-  /// 0, or the distance from all branches beyond which a place of the crown gets a branch of its
-  /// own; in radii of the crown, and in halves of its length.
-  double largest_gap = 0.0;
-};
-
 /// Scales, bends and prunes a skeleton so that height, crown base, DBH and the four crown radii are
 /// those of the shape, and all branches and leaf sites are inside the crown.
 ///
@@ -33,12 +23,15 @@ struct FitOptions {
 /// become longer as branches do on average, up to 0.8 m, and are inside with their whole length.
 /// The same skeleton gives the same result, for any unit and position.
 /// \param grown  the stem first (order 0, from the ground up), of any size; at least one branch
+/// \param head   0, or the proportion of the crown's length below which no branch starts, as in a
+/// tree fern: branches arch from there to the crown's surface, and the lowest one hangs down to the
+/// crown base, where it ends
 /// \throws GeometryError if a coordinate is not finite, the stem does not rise, or no branch has a
 /// length and a radius
 Skeleton fit_to_measurements(const Skeleton& grown,
                              const TreeShape& shape,
                              const Crown& crown,
                              const Taper& taper,
-                             const FitOptions& options = {});
+                             double head = 0.0);
 
 }  // namespace silvafit::tree

@@ -31,6 +31,9 @@ struct LeafyShoots {
   double angle_deg = 40.0;  ///< between a shoot and its branch
   double lift = 0.3;        ///< how far shoots turn up (or down, if negative), relative to outward
   double cross_deg = 90.0;  ///< between the two cards; the first one faces up
+  /// How far from the wood shoots fill the outer part of the crown, in lengths of a shoot; 0: they
+  /// are along the twigs.
+  double reach = 0.0;
   /// A shoot is a whole twig, from its base to its tip, as a pinna of a fern. The twigs then give
   /// the number and the lengths of the shoots.
   bool is_whole_twig = false;
