@@ -165,6 +165,9 @@ TEST_CASE("Effects of correlated groups, their covariance and predictions of nei
       (again.random[0].uncertainty.sensitivities - fit.random[0].uncertainty.sensitivities).norm() <
       1e-8);
 
+  CHECK_THROWS_WITH(fit::calibrate(fit, table, {.seen_groups = fit::SeenGroups::kCombined}),
+                    Catch::Matchers::Contains("does not store"));
+
   // The tree at time 5 of plot 1 from the others: of an AR(1) only its two neighbors count.
   std::vector<double> hidden(h.begin(), h.end());
   const auto at = static_cast<std::size_t>(std::ranges::find(t, 5.0) - t.begin());

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <span>
 #include <utility>
 
 #include "likelihood/effect_posteriors.hpp"
@@ -31,6 +32,11 @@ void check(const FittedModel& fit, SeenGroups seen) {
   }
   if (!fit.estimate.allFinite() || !has_variances) {
     throw UsageError("the fit has not converged, so it cannot be calibrated");
+  }
+  if (seen == SeenGroups::kCombined && fit.variance.correlation) {
+    throw UsageError(
+        "with correlated residuals, further trees of a group depend on its trees in the fit, which "
+        "the fit does not store; give all trees of the group, with `seen_groups` new");
   }
   const bool needs_uncertainty =
       seen == SeenGroups::kCombined ||
@@ -117,6 +123,18 @@ std::vector<std::size_t> groups_of(const Calibration& calibration, std::size_t r
   return result;
 }
 
+void check_responses(std::span<const double> values,
+                     const std::string& name,
+                     const data::Table& table) {
+  const auto found = std::ranges::find_if(values, [](double value) { return std::isinf(value); });
+  if (found == values.end()) return;
+  const auto row = static_cast<std::size_t>(found - values.begin());
+  Place place{.file = table.file(), .column = name};
+  if (table.line(row) > 0) place.line = table.line(row);
+  throw InputError("a value is infinite; a missing value marks where the response was not measured",
+                   place);
+}
+
 /// Marks the rows to calibrate from: those with a response, all predictors and groups.
 void choose_rows(const FittedModel& fit,
                  const data::Table& table,
@@ -130,6 +148,7 @@ void choose_rows(const FittedModel& fit,
     columns.push_back(data::variable_values(name, table));
   }
   const auto responses = table.numbers(response);
+  check_responses(responses, response, table);
   for (std::size_t row = 0; row < table.rows(); ++row) {
     const std::vector<std::size_t> groups = groups_of(result, row);
     if (groups.empty() || !known[row] || !std::isfinite(responses[row])) continue;

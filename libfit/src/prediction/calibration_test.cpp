@@ -506,6 +506,9 @@ TEST_CASE("calibration does not depend on the number of threads") {
 TEST_CASE("impossible calibrations are refused") {
   FittedModel fit = line(false);
   Table table = line_data(1);
+  Table infinite = table;
+  infinite.set("y", std::vector<double>(table.rows(), silvafit::kInfinity));
+  CHECK_THROWS_WITH(calibrate(fit, infinite), Contains("infinite"));
   CHECK_THROWS_WITH(calibrate(fit, table, {.seen_groups = SeenGroups::kCombined}),
                     Contains("fit the model again"));
   fit.random.clear();

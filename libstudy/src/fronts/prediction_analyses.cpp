@@ -99,8 +99,7 @@ std::string note_on_new_levels(const fit::ColumnLevels& levels, const Table& tab
                              "predictions are"));
 }
 
-/// Calibration is by the measured response, so that a missing column, text or an infinite value is
-/// an error.
+/// Calibration is by the measured response, so that a missing column or text is an error.
 void check_measured(const fit::FittedModel& fit, const Table& table) {
   const std::string& response = fit.specification.formula.left;
   const auto fail = [&](const char* what) { throw InputError(what, {.column = response}); };
@@ -112,9 +111,6 @@ void check_measured(const fit::FittedModel& fit, const Table& table) {
     for (std::size_t row = 0; row < column.size(); ++row) {
       if (!column.is_missing(row)) fail("this column has text, but calibration needs numbers");
     }
-  } else if (std::ranges::any_of(table.numbers(response),
-                                 [](double value) { return std::isinf(value); })) {
-    fail("a value is infinite; a missing value marks where the response was not measured");
   }
 }
 

@@ -69,11 +69,11 @@ struct Calibration {
 /// zero with covariance Psi; a new group in a known coarser group starts from the fit's effects of
 /// the coarser group. With crossed terms the effects of all groups are estimated together, from the
 /// curvatures of the fit's cells and the trees of the table; a tree whose groups are all in the fit
-/// is assumed to be one of the fit. Psi may be singular. Groups are independent tasks, so that the
-/// result does not depend on the number of threads. \throws UsageError if the fit has no random
-/// effects or no estimates, if the column of groups or
-///   one that the model needs is missing, or if SeenGroups needs conditional covariances that the
-///   fit (of an older file) does not have
+/// is assumed to be one of the fit. Psi may be singular. Nested groups are independent tasks, so
+/// that the result does not depend on the number of threads.
+/// \throws UsageError if the fit has no random effects or no estimates, if the column of groups or
+///   one that the model needs is missing, if SeenGroups needs conditional covariances that the fit
+///   (of an older file) does not have, or if groups are combined with correlated residuals
 /// Source: Lindstrom and Bates 1990, Biometrics 46, 673-687; Lappi 1991; docs/prediction.md.
 Calibration calibrate(const FittedModel& fit,
                       const data::Table& table,
