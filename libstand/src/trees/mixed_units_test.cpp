@@ -232,8 +232,8 @@ TEST_CASE("dbh and h that are exchanged are refused, and stands of any age are n
     Stands all;
     for (int i = 0; i < 4; ++i) {
       all.add("P" + std::to_string(i),
-              18.0 + 10.0 * random.uniform(),
-              24.0 + 6.0 * random.uniform(),
+              24.0 + 8.0 * random.uniform(),
+              18.0 + 4.0 * random.uniform(),
               random);
     }
     CHECK_THAT(error_of(all.h, all.dbh), Catch::Matchers::Contains("use `columns=dbh=H,h=D`"));

@@ -110,6 +110,8 @@ class Judge {
  public:
   Judge(const std::vector<SizeColumn>& columns, const std::string& file);
   void check() const;
+  /// Of whole tables: a species, or a layer of the stand, may be unlike these.
+  void check_exchange() const;
   bool is_usual() const {
     return medians_.slenderness >= kLowestUsualSlenderness &&
            medians_.slenderness <= kHighestUsualSlenderness;
@@ -127,7 +129,6 @@ class Judge {
   std::vector<std::string> advice_on_length(const SizeColumn& length, double most) const;
   [[noreturn]] void refuse(const SizeColumn& wrong, const std::vector<std::string>& advice) const;
   void check_length(std::string_view name, double most) const;
-  void check_exchange() const;
 
   const std::vector<SizeColumn>& columns_;
   const std::string& file_;
@@ -265,7 +266,11 @@ void Judge::check_length(std::string_view name, double most) const {
 }
 
 /// Heights grow with a power of dbh below 1 (2/3 in McMahon 1973), so that they vary less.
+/// Exchanged columns must also be nearer to a usual stand.
 void Judge::check_exchange() const {
+  Medians exchanged = medians_;
+  exchanged.slenderness = 1e4 / medians_.slenderness;
+  if (!(exchanged.oddness() < medians_.oddness())) return;
   constexpr std::size_t kEnough = 30;
   constexpr double kSteep = 1.3;
   constexpr double kRelated = 0.6;
@@ -304,7 +309,6 @@ void Judge::check() const {
   for (const std::string_view radius : {"cr_e", "cr_w", "cr_s", "cr_n"}) {
     check_length(radius, kCrownOfStandMeters / 2.0);
   }
-  check_exchange();
 }
 
 }  // namespace
@@ -362,6 +366,7 @@ void check_units_of_trees(const data::TextColumn& plot,
   const std::string odd = species_in_other_units(species, columns, file);
   if (!odd.empty()) throw InputError(odd, {.file = file, .column = "species"});
   judge.check();
+  judge.check_exchange();
 }
 
 }  // namespace silvafit::stand
