@@ -92,8 +92,13 @@ def test_crossed_groups_are_a_dict_of_their_own(stands):
     assert (of_years["a"] - expected).abs().max() < 1e-12
     conditional = fit.predict(years, level="conditional")
     assert (conditional - fit.fitted()).abs().max() < 1e-10
-    with pytest.raises(sf.UsageError, match="population"):
-        fit.predict(years, level="conditional", interval="prediction")
+    # The trees of the fit, as if their groups were new, give its effects and their errors.
+    errors = fit.predict(years, level="conditional", interval="prediction")
+    again = fit.predict(years, level="calibrated", seen_groups="new", interval="prediction")
+    assert (again["prediction"] - errors["prediction"]).abs().max() < 1e-6
+    assert (again["upper"] - errors["upper"]).abs().max() < 1e-4
+    with pytest.raises(sf.UsageError, match="crossed"):
+        fit.calibrate(years)
 
 
 def test_three_levels_have_an_index_of_all_columns(stands):

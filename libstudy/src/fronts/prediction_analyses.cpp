@@ -217,6 +217,11 @@ AnalysisWork predict_work(AnalysisCall& call) {
 /// The random effects of the groups of the last term, with the labels of these.
 AnalysisWork calibrate_work(AnalysisCall& call) {
   const auto settings = call.read_with_threads<PredictionSettings>();
+  if (fit::are_crossed(call.fit().specification.random)) {
+    throw UsageError(
+        "a table of effects has one grouping, but crossed groups are estimated together; predict "
+        "with `level` calibrated");
+  }
   const fit::CalibrationOptions options{.seen_groups = settings.seen_groups,
                                         .threads = settings.threads};
   return [fit = &call.fit(),

@@ -108,7 +108,7 @@ expect_equal(coef(by_both)$year$a, fixef(by_both)[["a"]] + ranef(by_both)$year$a
 expect_equal(as.vector(predict(by_both, years)), as.vector(fitted(by_both)), tolerance = 1e-10)
 expect_equal(as.vector(predict(by_both, years, level = 0)), as.vector(fitted(by_both, level = "population")), tolerance = 1e-10)
 # The effects of the groups of the fit, from their trees as if they were new.
-expect_equal(as.vector(predict(by_both, years, level = "calibrated", seen.groups = "new")), as.vector(fitted(by_both)), tolerance = 1e-6)
+expect_equal(as.vector(predict(by_both, years, level = "calibrated", seen_groups = "new")), as.vector(fitted(by_both)), tolerance = 1e-6)
 linear <- silvafit(h ~ a + b * dbh + (1 | plot) + (1 | year), data = years)
 expect_equal(sort(names(ranef(linear))), c("plot", "year"))
 broken <- tempfile(fileext = ".json")
