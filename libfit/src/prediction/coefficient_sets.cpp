@@ -213,16 +213,19 @@ class CalibratedGroups : public KnownGroups {
       }
     }
     std::vector<MatrixXd> of_kept;
+    std::vector<MatrixXd> of_updated;
     if (!kept.empty()) of_kept = KnownGroups::between_terms(kept);
-    std::vector<std::vector<std::string>> labels;
-    for (const CalibratedEffects& term : terms_) labels.push_back(term.labels);
-    std::vector<MatrixXd> result =
-        CrossedPosterior(fit(), calibration_.cells, std::move(labels)).between_terms(updated);
-    std::size_t number = 0;
-    for (std::size_t k = 0; k < sets.size(); ++k) {
-      if (keeps_fitted(sets[k])) {
-        result.insert(result.begin() + static_cast<std::ptrdiff_t>(k), of_kept[number++]);
-      }
+    if (!updated.empty()) {
+      std::vector<std::vector<std::string>> labels;
+      for (const CalibratedEffects& term : terms_) labels.push_back(term.labels);
+      of_updated =
+          CrossedPosterior(fit(), calibration_.cells, std::move(labels)).between_terms(updated);
+    }
+    std::vector<MatrixXd> result;
+    auto next_kept = of_kept.begin();
+    auto next_updated = of_updated.begin();
+    for (const std::vector<Index>& groups : sets) {
+      result.push_back(std::move(keeps_fitted(groups) ? *next_kept++ : *next_updated++));
     }
     return result;
   }
