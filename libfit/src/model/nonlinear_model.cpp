@@ -361,9 +361,9 @@ std::vector<std::string> NonlinearModel::fixed_kinks() const {
 std::vector<std::string> NonlinearModel::random_kinks() const {
   std::vector<std::string> result;
   for (const RandomEffects& term : specification_.random) {
-    for (const Index j : coefficients_of(term)) {
-      const std::string& name = names_[static_cast<std::size_t>(j)];
-      if (has_kink_in(j) && std::ranges::count(result, name) == 0) result.push_back(name);
+    for (const std::string& name : term.coefficients) {
+      const bool is_named = std::ranges::find(result, name) != result.end();
+      if (has_kink_in(coefficient_index(name)) && !is_named) result.push_back(name);
     }
   }
   return result;
