@@ -17,7 +17,6 @@
 #include "lindstrom_bates/lindstrom_bates_search.hpp"
 #include "marginal_likelihood/marginal_fit.hpp"
 #include "model/held_coefficients.hpp"
-#include "model/model_groups.hpp"
 #include "model/response_fingerprint.hpp"
 #include "optimization/tolerances.hpp"
 #include "optimum_search/optimum_search.hpp"
@@ -165,18 +164,6 @@ void report_failed_start(FitResult& result, LeastSquaresFit&& least_squares) {
   fit.convergence = {
       .status = reason.status, .findings = reason.findings, .evidence = reason.evidence};
   fit.convergence.find({.kind = Finding::Kind::kStartFailed});
-}
-
-/// Stores the uncertainty of the random effects, for predictions without the data.
-void keep_uncertainty(const NonlinearModel& model, FittedModel& fit) {
-  if (!fit.has_random_effects() || !(fit.sigma > 0.0)) return;
-  if (!fit.random.back().effects.allFinite()) return;
-  EffectPosteriors described = describe_effects(model, fit);
-  for (std::size_t t = 0; t < described.terms.size(); ++t) {
-    fit.random[t].uncertainty = std::move(described.terms[t].uncertainty);
-  }
-  if (model.crossed() == nullptr) return;
-  fit.cells = {.groups = model.groups().of_cells, .curvatures = std::move(described.curvatures)};
 }
 
 void compute_statistics(FitResult& result, const NonlinearModel& model) {

@@ -385,8 +385,15 @@ EffectPosteriors find_crossed_effects(const NonlinearModel& model,
               .stored = stored.cols()});
 }
 
-EffectPosteriors describe_effects(const NonlinearModel& model, const FittedModel& fit) {
-  return describe_effects(model, fit, blocks_of(model), {});
+void keep_uncertainty(const NonlinearModel& model, FittedModel& fit) {
+  if (!fit.has_random_effects() || !(fit.sigma > 0.0)) return;
+  if (!fit.random.back().effects.allFinite()) return;
+  EffectPosteriors described = describe_effects(model, fit, blocks_of(model), {});
+  for (std::size_t t = 0; t < described.terms.size(); ++t) {
+    fit.random[t].uncertainty = std::move(described.terms[t].uncertainty);
+  }
+  if (model.crossed() == nullptr) return;
+  fit.cells = {.groups = model.groups().of_cells, .curvatures = std::move(described.curvatures)};
 }
 
 EffectPosteriors describe_effects(const NonlinearModel& model,

@@ -54,11 +54,12 @@ EffectPosteriors find_crossed_effects(const NonlinearModel& model,
                                       const MatrixXd& stored,
                                       const EffectPriors& priors);
 
-/// The uncertainty of effects that are known already: those of a fit, by its own model.
-EffectPosteriors describe_effects(const NonlinearModel& model, const FittedModel& fit);
+/// Stores the uncertainty of a fit's random effects, for predictions without the data; nothing if
+/// the fit failed.
+void keep_uncertainty(const NonlinearModel& model, FittedModel& fit);
 
-/// The same of a model that has a part of the observations: the rounding of a group's sums depends
-/// on where its block begins.
+/// The uncertainty of effects that are known already, by a model that has a part of the
+/// observations: the rounding of a group's sums depends on where its block begins.
 /// \param blocks   first cluster of each block, and the end of the last; other clusters are NaN
 /// \param typical  as VarianceData has it
 EffectPosteriors describe_effects(const NonlinearModel& model,

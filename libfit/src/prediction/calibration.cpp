@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <span>
 #include <utility>
 
@@ -242,10 +241,7 @@ class Calibrator {
   /// The cells of the fit, if its groups count.
   void set_cells() {
     cells_.groups.resize(terms_.size());
-    if (seen_ == SeenGroups::kNew) {
-      cells_.curvatures.resize(triangle_size(), 0);
-      return;
-    }
+    if (seen_ == SeenGroups::kNew) return;
     cells_.curvatures = fit_.cells.curvatures;
     for (std::size_t t = 0; t < terms_.size(); ++t) {
       const LabelNumbers numbers = numbered(terms_[t].labels);
@@ -254,14 +250,6 @@ class Calibrator {
         cells_.groups[t].push_back(numbers.at(label));
       }
     }
-  }
-
-  Index triangle_size() const {
-    std::set<std::string> names;
-    for (const EstimatedEffects& term : fit_.random) {
-      names.insert(term.names.begin(), term.names.end());
-    }
-    return std::ssize(names) * (std::ssize(names) + 1) / 2;
   }
 
   /// The effects of all groups together.

@@ -199,7 +199,7 @@ std::vector<JsonReader> terms_of(const JsonReader& json, Schema schema) {
   return terms;
 }
 
-/// Those of crossed groups.
+/// The cells of crossed groups.
 EffectCells read_cells(const JsonReader& json, const FittedModel& fit) {
   EffectCells result;
   const std::vector<JsonReader> groups = json.at("groups").items();

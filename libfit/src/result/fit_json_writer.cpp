@@ -173,7 +173,7 @@ ordered_json random(const FittedModel& fit) {
   return result;
 }
 
-/// Those of crossed groups.
+/// The cells of crossed groups.
 ordered_json cells(const FittedModel& fit) {
   ordered_json groups = ordered_json::array();
   for (std::size_t t = 0; t < fit.random.size(); ++t) {
