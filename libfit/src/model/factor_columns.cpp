@@ -11,6 +11,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/data/checked_columns.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/program.hpp"
 
@@ -71,8 +72,7 @@ void refuse_numbers(const data::TextColumn& labels,
   }
   if (!number || (!text && table.file().empty())) return;
   const std::size_t row = text.value_or(*number);
-  Place place{.file = table.file(), .column = column};
-  if (table.line(row) > 0) place.line = table.line(row);
+  const Place place = data::place_of(table, row, column);
   throw InputError(
       fmt::format("'{}' is {}; correct it, or write factor({}) if the values are names",
                   labels[row],

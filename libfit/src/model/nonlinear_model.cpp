@@ -14,6 +14,7 @@
 #include "model/small_matrix.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
+#include "silvafit/data/checked_columns.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -48,9 +49,7 @@ void check_finite(const std::vector<double>& values,
   const auto found = std::ranges::find_if(values, [](double value) { return std::isinf(value); });
   if (found == values.end()) return;
   const auto row = static_cast<std::size_t>(found - values.begin());
-  Place place{.file = table.file(), .column = name};
-  if (table.line(row) > 0) place.line = table.line(row);
-  throw InputError("the value is not finite", place);
+  throw InputError("the value is not finite", data::place_of(table, row, name));
 }
 
 /// Checks that squares of values and products of two columns neither overflow nor underflow.

@@ -14,6 +14,7 @@
 #include "model/symmetric_eigen.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/data/checked_columns.hpp"
 #include "silvafit/data/program.hpp"
 
 namespace silvafit::fit {
@@ -128,10 +129,8 @@ void check_responses(std::span<const double> values,
   const auto found = std::ranges::find_if(values, [](double value) { return std::isinf(value); });
   if (found == values.end()) return;
   const auto row = static_cast<std::size_t>(found - values.begin());
-  Place place{.file = table.file(), .column = name};
-  if (table.line(row) > 0) place.line = table.line(row);
   throw InputError("a value is infinite; a missing value marks where the response was not measured",
-                   place);
+                   data::place_of(table, row, name));
 }
 
 /// Marks the rows to calibrate from: those with a response, all predictors and groups.

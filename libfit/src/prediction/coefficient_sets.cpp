@@ -13,6 +13,7 @@
 #include "model/group_labels.hpp"
 #include "prediction/crossed_posterior.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/data/checked_columns.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -22,8 +23,7 @@ namespace {
                                const std::string& column,
                                std::string_view label,
                                bool is_calibrated) {
-  Place place{.file = table.file(), .column = column};
-  if (table.line(row) > 0) place.line = table.line(row);
+  const Place place = data::place_of(table, row, column);
   if (label.empty()) throw InputError("the group is missing", place);
   throw InputError(fmt::format("unknown group '{}': it is not in the fit{}",
                                label,

@@ -16,6 +16,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/base/ranks.hpp"
+#include "silvafit/data/checked_columns.hpp"
 #include "silvafit/fit/calibrated_fit.hpp"
 #include "silvafit/fit/calibration.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
@@ -59,9 +60,7 @@ Observations observations_of(const data::Table& table,
   result.labels = result.table.labels(group);
   for (std::size_t row = 0; row < rows.size(); ++row) {
     if (!result.labels.is_missing(row)) continue;
-    Place place{.file = table.file(), .column = group};
-    if (table.line(rows[row]) > 0) place.line = table.line(rows[row]);
-    throw InputError("the group is missing", place);
+    throw InputError("the group is missing", data::place_of(table, rows[row], group));
   }
   return result;
 }

@@ -9,6 +9,7 @@
 #include "model/symmetric_eigen.hpp"
 #include "result/group_coefficients.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/data/checked_columns.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -125,24 +126,19 @@ void CaseDraw::add_groups(const NonlinearModel& model) {
 /// Groups with the same label of a column are drawn together.
 void CaseDraw::join(const std::string& group) {
   const data::TextColumn labels = table_.labels(group);
-  const auto place_of = [&](std::size_t row) {
-    Place place{.file = table_.file(), .column = group};
-    if (table_.line(row) > 0) place.line = table_.line(row);
-    return place;
-  };
   units_.resize(labels.levels().size());
   for (std::size_t k = 0; k < members_.size(); ++k) {
     const std::size_t first = members_[k].front();
     for (const std::size_t row : members_[k]) {
       if (labels.is_missing(row)) {
-        throw InputError("the group is missing", place_of(row));
+        throw InputError("the group is missing", data::place_of(table_, row, group));
       }
       if (labels.code(row) == labels.code(first)) continue;
       throw UsageError(fmt::format("groups of random effects are drawn whole, and this group is in "
                                    "both '{}' and '{}'; name a coarser grouping",
                                    labels[first],
                                    labels[row]),
-                       place_of(row));
+                       data::place_of(table_, row, group));
     }
     units_[labels.code(first)].push_back(k);
   }
