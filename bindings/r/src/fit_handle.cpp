@@ -38,12 +38,13 @@ nlohmann::ordered_json rows_of_groups(const nlohmann::ordered_json& groups) {
 
 /// The only function that reads random effects: what R shows of them. Uncertainties, which only
 /// predictions need, stay in the text of the fit.
-void shorten_random_effects(nlohmann::ordered_json& random) {
-  for (auto& term : random) {
+void shorten_random_effects(nlohmann::ordered_json& fit) {
+  fit.erase("random_cells");
+  for (auto& term : fit["random"]) {
     for (const char* const key : {"eblup", "eblup_se", "eblup_covariance"}) {
       if (term.contains(key)) term[key] = rows_of_groups(term[key]);
     }
-    for (const char* const key : {"eblup_by_fixed", "eblup_cross_covariance"}) term.erase(key);
+    term.erase("eblup_by_fixed");
   }
 }
 
@@ -52,7 +53,7 @@ void shorten_random_effects(nlohmann::ordered_json& random) {
 cpp11::sexp list_of_fit(fit::FittedModel fit) {
   nlohmann::ordered_json json = fit::json_of(fit);
   const std::string text = json_text(json);
-  shorten_random_effects(json["random"]);
+  shorten_random_effects(json);
   json.erase("random_cells");
   NamedList list;
   list.add("handle", handle_of(std::move(fit), text));

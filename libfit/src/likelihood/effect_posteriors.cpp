@@ -43,19 +43,16 @@ RandomDesign design_of(const MatrixXd& root, const RandomPlaces& places) {
 /// Missing values.
 EffectPosteriors empty_posteriors(const ModelGroups& groups, Index p, const RandomPlaces& places) {
   EffectPosteriors result;
-  Index before = 0;
   for (std::size_t t = 0; t < places.terms.size(); ++t) {
     const Index q = places.q(t);
     const Index count = std::ssize(groups.labels[t]);
     result.terms.push_back(
         {.effects = MatrixXd::Constant(q, count, kNaN),
          .uncertainty = {.covariances = MatrixXd::Constant(q * q, count, kNaN),
-                         .sensitivities = MatrixXd::Constant(q * p, count, kNaN),
-                         .cross_covariances = MatrixXd::Constant(q * before, count, kNaN)}});
-    if (!groups.is_crossed) before += q;
+                         .sensitivities = MatrixXd::Constant(q * p, count, kNaN)}});
   }
   const Index r = places.r();
-  if (groups.is_crossed) {
+  if (result.terms.size() > 1) {
     result.curvatures.setConstant(r * (r + 1) / 2, groups.cell_count(), kNaN);
   }
   return result;
@@ -183,7 +180,7 @@ class BlockPosteriors {
     const MatrixXd by_beta = follow(c);
     const bool is_exact = !shared_.is_linearized && factorize(c, true);
     if (!is_exact && !factorize(c, false)) return;
-    if (shared_.groups.is_crossed) {
+    if (result.terms.size() > 1) {
       result.curvatures.middleCols(modes_.first_group() + modes_.group_begin(c),
                                    modes_.group_count(c)) =
           is_exact ? modes_.curvatures(c) : modes_.approximations(c);
@@ -225,9 +222,6 @@ class BlockPosteriors {
         result[t].effects.col(k) = effects.segment(row, q);
         of.covariances.col(k) = covariance.block(row, row, q, q).reshaped();
         of.sensitivities.col(k) = slope.middleRows(row, q).reshaped();
-        if (!shared_.groups.is_crossed) {
-          of.cross_covariances.col(k) = covariance.block(row, 0, q, row).reshaped();
-        }
       }
       row += q;
     }
@@ -366,11 +360,11 @@ EffectPosteriors find_effects(const NonlinearModel& model,
               .threads = threads});
 }
 
-EffectPosteriors find_crossed_effects(const NonlinearModel& model,
-                                      const FittedModel& fit,
-                                      const ModelGroups& groups,
-                                      const MatrixXd& stored,
-                                      const EffectPriors& priors) {
+EffectPosteriors find_joint_effects(const NonlinearModel& model,
+                                    const FittedModel& fit,
+                                    const ModelGroups& groups,
+                                    const MatrixXd& stored,
+                                    const EffectPriors& priors) {
   const SumsAtFit at(model, fit, {});
   const RandomPlaces places(model);
   MatrixXd centers = MatrixXd::Zero(places.r(), groups.cell_count());
@@ -392,7 +386,7 @@ void keep_uncertainty(const NonlinearModel& model, FittedModel& fit) {
   for (std::size_t t = 0; t < described.terms.size(); ++t) {
     fit.random[t].uncertainty = std::move(described.terms[t].uncertainty);
   }
-  if (model.crossed() == nullptr) return;
+  if (model.term_count() < 2) return;
   fit.cells = {.groups = model.groups().of_cells, .curvatures = std::move(described.curvatures)};
 }
 

@@ -33,7 +33,7 @@ struct EffectPosterior {
 
 struct EffectPosteriors {
   std::vector<EffectPosterior> terms{};
-  /// (triangle x cells) as EffectCells has them; empty unless groups are crossed
+  /// (triangle x cells) as EffectCells has them; empty with a single term
   MatrixXd curvatures{};
 };
 
@@ -44,15 +44,16 @@ EffectPosteriors find_effects(const NonlinearModel& model,
                               const EffectPriors& priors,
                               unsigned threads);
 
-/// The same of crossed groups, some of which are known from data that the model does not have.
+/// The same of groups of several terms, some of which are known from data that the model does not
+/// have.
 /// \param groups  one cluster with the cells of the earlier data, then those of the model
 /// \param stored  (triangle x earlier cells) see EffectCells
 /// \param priors  of groups, whose means are known for those with earlier cells
-EffectPosteriors find_crossed_effects(const NonlinearModel& model,
-                                      const FittedModel& fit,
-                                      const ModelGroups& groups,
-                                      const MatrixXd& stored,
-                                      const EffectPriors& priors);
+EffectPosteriors find_joint_effects(const NonlinearModel& model,
+                                    const FittedModel& fit,
+                                    const ModelGroups& groups,
+                                    const MatrixXd& stored,
+                                    const EffectPriors& priors);
 
 /// Stores the uncertainty of a fit's random effects, for predictions without the data; nothing if
 /// the fit failed.

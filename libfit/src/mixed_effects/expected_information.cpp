@@ -42,13 +42,6 @@ MatrixXd stacked(const MatrixXd& above, const MatrixXd& below) {
   return result;
 }
 
-/// (q x q) L with covariance L L'; a singular covariance has columns of zeros.
-MatrixXd root_of(const MatrixXd& covariance) {
-  if (covariance.size() == 0) return covariance;
-  const SymmetricEigen of = symmetric_eigen(covariance);
-  return of.vectors * of.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
-}
-
 /// (N x (q + s + p)) columns of the q effects of the last term, of the s ones of the term before,
 /// and of the coefficients in a frame, in residual standard deviations.
 MatrixXd standardized_columns(const NonlinearModel& model,
@@ -66,7 +59,8 @@ MatrixXd standardized_columns(const NonlinearModel& model,
   for (std::size_t t = fit.random.size(); t-- > 0;) {
     const std::vector<Index> places = model.coefficients_of(model.specification().random[t]);
     const auto q = static_cast<Index>(places.size());
-    result.middleCols(begin, q) = jacobian(Eigen::all, places) * root_of(fit.random[t].covariance);
+    result.middleCols(begin, q) =
+        jacobian(Eigen::all, places) * covariance_factor(fit.random[t].covariance);
     begin += q;
   }
   result.rightCols(p) = jacobian.leftCols(p) * frame;

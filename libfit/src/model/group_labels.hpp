@@ -26,14 +26,6 @@ inline LabelNumbers numbered(const std::vector<std::string>& labels) {
   return numbers;
 }
 
-/// The labels of the first term's groups in nested labels.
-inline std::vector<std::string> outer_parts(const std::vector<std::string>& labels) {
-  std::vector<std::string> parts;
-  parts.reserve(labels.size());
-  for (const std::string& label : labels) parts.push_back(outer_part(label));
-  return parts;
-}
-
 /// The labels of a row's groups; nested ones by nested_label(). Empty if they are missing.
 class GroupLabels {
  public:

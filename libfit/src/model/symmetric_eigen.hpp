@@ -24,10 +24,4 @@ MatrixXd covariance_factor(const MatrixXd& covariance);
 /// to zero. Unlike the factor above it does not depend on the order and signs of eigenvectors.
 MatrixXd symmetric_root(const MatrixXd& covariance);
 
-/// The coefficients of the regression of some effects on others: cross * inverse(covariance), where
-/// directions without variance have none.
-/// \param cross       (q x s) covariance with the others
-/// \param covariance  (s x s) of the others
-MatrixXd regression_on(const MatrixXd& cross, const MatrixXd& covariance);
-
 }  // namespace silvafit::fit

@@ -295,9 +295,6 @@ std::vector<Index> varying(const NonlinearModel& model) {
   return result;
 }
 
-/// Where minima are searched.
-enum class Extent { kNear, kEverywhere };
-
 /// Fits of the parameters with random effects to each group, at the lowest minimum, with the others
 /// held. Groups with fewer observations than parameters have a fit, too, and their own places of
 /// peaks and steps are found wherever these are.
@@ -305,8 +302,7 @@ enum class Extent { kNear, kEverywhere };
 std::optional<GroupFits> fit_varying(const NonlinearModel& model,
                                      const NonlinearModel& constants,
                                      const VectorXd& parameters,
-                                     std::size_t most,
-                                     Extent extent = Extent::kEverywhere) {
+                                     std::size_t most) {
   const std::vector<Index> free = varying(model);
   std::map<std::string, double> held;
   for (Index k = 0; k < parameters.size(); ++k) {
@@ -323,10 +319,7 @@ std::optional<GroupFits> fit_varying(const NonlinearModel& model,
   OwnParameters own(parameters.size(), model.group_count());
   for (const Index group : groups_to_fit(model, count, most)) {
     const NonlinearModel part = of_groups.subset(rows_of(model, group));
-    const std::vector<VectorXd> starts = extent == Extent::kNear
-                                             ? std::vector<VectorXd>{VectorXd(parameters(places))}
-                                             : search_starts(part, {.count = 1, .divisor = kBrief});
-    for (const VectorXd& start : starts) {
+    for (const VectorXd& start : search_starts(part, {.count = 1, .divisor = kBrief})) {
       const Descent descent = descended(part, start);
       if (descent.coefficients.size() == 0 || !descent.coefficients.allFinite()) continue;
       VectorXd found = parameters;
@@ -432,24 +425,6 @@ std::optional<MixedEffectsFit> start_with_effects(const NonlinearModel& model,
   result.variance = variance.estimate(variance.start());
   result.sigma = groups.residual_sd * variance.sigma_factor(variance.start());
   return result;
-}
-
-std::optional<MixedEffectsFit> start_at_own_minima(const NonlinearModel& model,
-                                                   const VectorXd& estimate) {
-  const NonlinearModel constants = model.pooled();
-  if (!varies_nonlinearly(model, constants)) return std::nullopt;
-  const VectorXd parameters = mean_parameters(model, estimate, constants.coefficient_count());
-  const auto found = fit_varying(model, constants, parameters, kMostGroups);
-  if (!found) return std::nullopt;
-  // Whole periods of phases make no difference to the groups' fits, but to their distribution.
-  const std::vector<Index> places = varying(model);
-  const bool has_phase =
-      std::ranges::any_of(phase_coefficients(constants, parameters), [&](const auto& phase) {
-        return std::ranges::find(places, phase.coefficient) != places.end();
-      });
-  const auto near = fit_varying(model, constants, parameters, kMostGroups, Extent::kNear);
-  if (!has_phase && !is_clearly_lower(*found, near)) return std::nullopt;
-  return start_with_effects(model, spread_constants(model, constants, found->medians), *found);
 }
 
 }  // namespace silvafit::fit

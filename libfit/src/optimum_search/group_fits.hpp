@@ -43,13 +43,4 @@ std::optional<MixedEffectsFit> start_with_effects(const NonlinearModel& model,
                                                   const VectorXd& estimate,
                                                   const GroupFits& groups);
 
-/// A start near a fit: the parameters with random effects of each group are at their lowest minimum
-/// with the others as in the fit, as a search that follows the effects from the fit would not find
-/// them.
-/// \param estimate  (p) of the fit
-/// \returns none if the minima near the fit are as low, if no nonlinear parameter has random
-/// effects, or as start_with_effects()
-std::optional<MixedEffectsFit> start_at_own_minima(const NonlinearModel& model,
-                                                   const VectorXd& estimate);
-
 }  // namespace silvafit::fit

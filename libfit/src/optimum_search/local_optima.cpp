@@ -9,7 +9,6 @@
 
 #include "model/symmetric_eigen.hpp"
 #include "optimization/tolerances.hpp"
-#include "optimum_search/group_fits.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/random.hpp"
 
@@ -190,10 +189,7 @@ void LocalOptima::climb() {
     for (const MixedEffectsFit& start : starts) {
       if (!budget_.is_spent() && !is_complete()) climb_from(start);
     }
-    if (round == 0) {
-      start_from_own_minima();
-      climb_from_failed();
-    }
+    if (round == 0) climb_from_failed();
     if (ends_.size() == known) return;
   }
 }
@@ -258,15 +254,6 @@ void LocalOptima::add_maximum(MarginalEnd end) {
   // With narrow random effects the method stays near the coefficients; with wide ones it may find
   // another fixed point.
   for (const double spread : {0.01, 1.0}) run_from(point, spread);
-}
-
-/// The groups' own minima around the best end.
-void LocalOptima::start_from_own_minima() {
-  const auto start = start_at_own_minima(model_, best_of(ends_).fit.estimate);
-  if (!start) return;
-  if (auto found = fixed_point_from(model_, *start)) {
-    add_end(*std::move(found), "own minima of groups");
-  }
 }
 
 /// Runs from the fits of smaller random structures that are higher.

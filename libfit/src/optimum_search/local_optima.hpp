@@ -96,7 +96,6 @@ class LocalOptima {
   void climb_from_failed();
   void climb_from(const MixedEffectsFit& start);
   void add_maximum(MarginalEnd end);
-  void start_from_own_minima();
   void compare_with_none();
   void compare_with(const SmallerStructure& smaller);
 

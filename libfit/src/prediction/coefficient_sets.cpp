@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "model/group_labels.hpp"
-#include "prediction/crossed_posterior.hpp"
+#include "prediction/joint_posterior.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/checked_columns.hpp"
 
@@ -67,8 +67,7 @@ class SetBuilder {
   }
 
   /// A set with the effects of groups.
-  /// \param groups   of the last estimated term and of those before it, in this order
-  /// \param between  (Q x Q) covariances between the terms of crossed groups, or null
+  /// \param between  (Q x Q) covariances between the terms, or null with a single one
   void set(Index set, const std::vector<KnownEffects>& groups, const MatrixXd* between) {
     const Index p = fit_.estimate.size();
     MatrixXd follow = identity_;
@@ -81,11 +80,6 @@ class SetBuilder {
       const Index q = of.effects.rows();
       follow += place * of.uncertainty.sensitivity(of.group, q, p);
       covariance += place * of.uncertainty.covariance(of.group, q) * place.transpose();
-      if (of.term == 0 || groups.size() < 2 || between != nullptr) continue;
-      const MatrixXd& before = places_[of.term - 1];
-      const MatrixXd cross =
-          place * of.uncertainty.cross_covariance(of.group, q, before.cols()) * before.transpose();
-      covariance += cross + cross.transpose();
     }
     if (!with_covariances_) return;
     if (between != nullptr) {
@@ -141,11 +135,11 @@ class KnownGroups {
     }
     return result;
   }
-  /// Of crossed terms: see CrossedPosterior.
+  /// See JointPosterior.
   virtual std::vector<MatrixXd> between_terms(const std::vector<std::vector<Index>>& sets) const {
     std::vector<std::vector<std::string>> labels;
     for (const EstimatedEffects& term : fit_.random) labels.push_back(term.labels);
-    return CrossedPosterior(fit_, fit_.cells, std::move(labels)).between_terms(sets);
+    return JointPosterior(fit_, fit_.cells, std::move(labels)).between_terms(sets);
   }
 
  protected:
@@ -219,7 +213,7 @@ class CalibratedGroups : public KnownGroups {
       std::vector<std::vector<std::string>> labels;
       for (const CalibratedEffects& term : terms_) labels.push_back(term.labels);
       of_updated =
-          CrossedPosterior(fit(), calibration_.cells, std::move(labels)).between_terms(updated);
+          JointPosterior(fit(), calibration_.cells, std::move(labels)).between_terms(updated);
     }
     std::vector<MatrixXd> result;
     auto next_kept = of_kept.begin();
@@ -302,7 +296,7 @@ std::vector<std::vector<Index>> add_sets(const FittedModel& fit,
   }
   SetBuilder builder(fit, std::ssize(groups_of_set), with_covariances, result);
   std::vector<MatrixXd> between;
-  if (with_covariances && are_crossed(fit.specification.random)) {
+  if (with_covariances && fit.random.size() > 1) {
     between = known.between_terms(groups_of_set);
   }
   for (std::size_t k = 0; k < groups_of_set.size(); ++k) {

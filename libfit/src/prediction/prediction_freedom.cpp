@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "prediction/prediction_freedom.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
-#include "model/group_labels.hpp"
+#include "model/small_matrix.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "prediction/coefficient_sets.hpp"
+#include "prediction/joint_posterior.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -58,18 +60,17 @@ MatrixXd inverse_reliability(const MatrixXd& reliability) {
 EffectUncertainty within_coarser(const FittedModel& fit, std::size_t term) {
   EffectUncertainty result = fit.random[term].uncertainty;
   if (term == 0 || are_crossed(fit.specification.random)) return result;
-  const EstimatedEffects& before = fit.random[term - 1];
-  if (!result.is_known() || !before.uncertainty.is_known()) return result;
-  const LabelNumbers coarser = numbered(outer_parts(before.labels));
-  const auto q = static_cast<Index>(fit.random[term].names.size());
-  const auto s = static_cast<Index>(before.names.size());
-  for (Index g = 0; g < result.covariances.cols(); ++g) {
-    const std::string& label = fit.random[term].labels[static_cast<std::size_t>(g)];
-    const auto found = coarser.find(std::string(nested_parts(label).outer));
-    if (found == coarser.end() || result.cross_covariances.cols() <= g) continue;
-    const MatrixXd cross = result.cross_covariance(g, q, s);
-    const MatrixXd slopes = regression_on(cross, before.uncertainty.covariance(found->second, s));
-    result.covariances.col(g) -= (slopes * cross.transpose()).reshaped();
+  if (fit.cells.groups.empty()) return result;
+  const RandomPlaces places = places_of(fit);
+  const std::vector<Index>& rows = places.rows[term];
+  const MatrixXd root = covariance_factor(fit.random[term].covariance);
+  for (Index cell = 0; cell < fit.cells.curvatures.cols(); ++cell) {
+    const MatrixXd curvature = unpacked(fit.cells.curvatures.col(cell).data(), places.r());
+    const MatrixXd precision = MatrixXd::Identity(root.cols(), root.cols()) +
+                               root.transpose() * curvature(rows, rows) * root;
+    const Index group = fit.cells.groups[term][static_cast<std::size_t>(cell)];
+    result.covariances.col(group) =
+        (root * precision.llt().solve(MatrixXd(root.transpose()))).reshaped();
   }
   return result;
 }

@@ -33,19 +33,13 @@ auto read_with(const JsonReader& json, Parse parse) {
   }
 }
 
-/// The schemas that can be read. Files of the first have the finer grouping's random effects as an
-/// object, with those of the coarser one in its key `outer`.
-enum class Schema { kFirst, kTerms };
-
-Schema read_schema(const JsonReader& json) {
-  constexpr std::string_view kPrefix = "silvafit-fit/";
+void check_schema(const JsonReader& json) {
   const std::string schema = json.text();
-  if (schema == "silvafit-fit/1") return Schema::kFirst;
-  if (schema == "silvafit-fit/2") return Schema::kTerms;
-  if (schema.starts_with(kPrefix)) {
+  if (schema == "silvafit-fit/2") return;
+  if (schema.starts_with("silvafit-fit/")) {
     json.fail(fmt::format(
-        "{} was written by a newer version of silvafit; this version ({}) reads silvafit-fit/1 "
-        "and silvafit-fit/2",
+        "{} was written by another version of silvafit; this version ({}) reads silvafit-fit/2; "
+        "fit the model again",
         schema,
         SILVAFIT_VERSION));
   }
@@ -122,27 +116,15 @@ MatrixXd read_matrices(const JsonReader& json,
   return result;
 }
 
-/// The covariances with the effects of the coarser group; none in files without uncertainty.
-std::optional<JsonReader> cross_covariances(const JsonReader& term) {
-  if (auto found = term.find("eblup_cross_covariance")) return found;
-  return term.find("eblup_outer_covariance");  // silvafit-fit/1
-}
-
 /// The uncertainty of random effects; empty for older files.
-/// \param coarser  effects of the term before, 0 of the first
 EffectUncertainty read_uncertainty(const JsonReader& json,
                                    const EstimatedEffects& term,
-                                   Index coefficients,
-                                   Index coarser) {
+                                   Index coefficients) {
   EffectUncertainty result;
   if (!json.has("eblup_covariance")) return result;
   const auto size = static_cast<Index>(term.names.size());
   result.covariances = read_matrices(json.at("eblup_covariance"), term.labels, size, size);
   result.sensitivities = read_matrices(json.at("eblup_by_fixed"), term.labels, size, coefficients);
-  if (coarser == 0) return result;
-  const auto cross = cross_covariances(json);
-  result.cross_covariances =
-      read_matrices(cross ? *cross : json.at("eblup_cross_covariance"), term.labels, size, coarser);
   return result;
 }
 
@@ -189,17 +171,7 @@ EstimatedEffects read_effects(const JsonReader& json, const RandomEffects& speci
   return term;
 }
 
-/// The objects of the terms, the coarser grouping first.
-std::vector<JsonReader> terms_of(const JsonReader& json, Schema schema) {
-  if (schema == Schema::kTerms) return json.items();
-  std::vector<JsonReader> terms;
-  if (json.is_null()) return terms;
-  if (const auto outer = json.find("outer")) terms.push_back(*outer);
-  terms.push_back(json);
-  return terms;
-}
-
-/// The cells of crossed groups.
+/// The cells of the groups of several terms.
 EffectCells read_cells(const JsonReader& json, const FittedModel& fit) {
   EffectCells result;
   const std::vector<JsonReader> groups = json.at("groups").items();
@@ -227,15 +199,10 @@ EffectCells read_cells(const JsonReader& json, const FittedModel& fit) {
   return result;
 }
 
-/// \param cells  of crossed groups; none in older files
-void read_random(const JsonReader& json,
-                 const std::optional<JsonReader>& cells,
-                 Schema schema,
-                 FittedModel& fit) {
-  const std::vector<JsonReader> terms = terms_of(json, schema);
+/// \param cells  of several terms; none in older files
+void read_random(const JsonReader& json, const std::optional<JsonReader>& cells, FittedModel& fit) {
   Index effects = 0;
-  Index coarser = 0;
-  for (const JsonReader& item : terms) {
+  for (const JsonReader& item : json.items()) {
     const RandomEffects& specification =
         fit.specification.random.emplace_back(read_term(item, fit.coefficient_names));
     effects += static_cast<Index>(specification.coefficients.size());
@@ -243,8 +210,7 @@ void read_random(const JsonReader& json,
       json.fail(fmt::format("has more than {} random effects per group", kMostRandomEffects));
     }
     EstimatedEffects& term = fit.random.emplace_back(read_effects(item, specification));
-    term.uncertainty = read_uncertainty(item, term, fit.estimate.size(), coarser);
-    coarser = specification.is_crossed ? 0 : static_cast<Index>(term.names.size());
+    term.uncertainty = read_uncertainty(item, term, fit.estimate.size());
   }
   // Labels of stored groups are those within the coarser ones.
   std::vector<RandomEffects>& random = fit.specification.random;
@@ -252,12 +218,12 @@ void read_random(const JsonReader& json,
     if (!std::ranges::all_of(random, &RandomEffects::is_crossed)) {
       json.fail("must have the key 'within' in all terms or in none");
     }
-    if (cells) fit.cells = read_cells(*cells, fit);
   } else if (random.size() > 2) {
     json.fail("has more than two terms, which need the key 'within'");
   } else if (random.size() == 2) {
     random.back().within = {random.front().group};
   }
+  if (cells) fit.cells = read_cells(*cells, fit);
 }
 
 /// One value, or one per stratum.
@@ -447,7 +413,7 @@ std::vector<ColumnRange> read_ranges(const JsonReader& json) {
 }  // namespace
 
 FittedModel from_json(const JsonReader& json) {
-  const Schema schema = read_schema(json.at("schema"));
+  check_schema(json.at("schema"));
   FittedModel fit(read_specification(json));
   if (!json.at("model").is_null()) fit.model = json.at("model").any_text();
   fit.method = json.at("method").word<Method>();
@@ -460,7 +426,7 @@ FittedModel from_json(const JsonReader& json) {
   }
   fit.convergence = read_convergence(json);
   read_fixed(json, fit);
-  read_random(json.at("random"), json.find("random_cells"), schema, fit);
+  read_random(json.at("random"), json.find("random_cells"), fit);
   fit.variance = read_variance(json.at("variance"));
   fit.specification.variance = fit.variance.function();
   if (json.has("correlation")) read_correlation(json.at("correlation"), fit);

@@ -145,9 +145,6 @@ void add_uncertainty(const EstimatedEffects& term, ordered_json& result) {
   result["eblup_se"] = eblups(term.labels, term.names, conditional_errors(uncertainty, size));
   result["eblup_covariance"] = matrices(term.labels, uncertainty.covariances, size);
   result["eblup_by_fixed"] = matrices(term.labels, uncertainty.sensitivities, size);
-  if (uncertainty.cross_covariances.size() > 0) {
-    result["eblup_cross_covariance"] = matrices(term.labels, uncertainty.cross_covariances, size);
-  }
 }
 
 ordered_json random_term(const RandomEffects& specification, const EstimatedEffects& term) {
@@ -173,7 +170,7 @@ ordered_json random(const FittedModel& fit) {
   return result;
 }
 
-/// The cells of crossed groups.
+/// The cells of the groups of several terms.
 ordered_json cells(const FittedModel& fit) {
   ordered_json groups = ordered_json::array();
   for (std::size_t t = 0; t < fit.random.size(); ++t) {

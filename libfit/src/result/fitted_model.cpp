@@ -23,7 +23,7 @@ Method default_method(const ModelSpecification& specification) {
 }
 
 bool FittedModel::knows_uncertainty() const {
-  const bool lacks_cells = are_crossed(specification.random) && cells.groups.empty();
+  const bool lacks_cells = random.size() > 1 && cells.groups.empty();
   return has_random_effects() && random.back().uncertainty.is_known() && !lacks_cells;
 }
 

@@ -389,10 +389,8 @@ class SharedFit {
         describe_effects(model(), fit, clusters_.block_begin, clusters_.typical);
     const EffectUncertainty& own = described.terms.back().uncertainty;
     const Index groups = shared().group_count();
-    EffectUncertainty result{.covariances = joined_columns(own.covariances.leftCols(groups)),
-                             .sensitivities = joined_columns(own.sensitivities.leftCols(groups))};
-    result.cross_covariances.resize(0, result.covariances.cols());
-    return result;
+    return {.covariances = joined_columns(own.covariances.leftCols(groups)),
+            .sensitivities = joined_columns(own.sensitivities.leftCols(groups))};
   }
 
   /// The results that do not need the names of the groups.

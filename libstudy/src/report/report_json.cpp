@@ -53,9 +53,7 @@ ordered_json fit_object(const fit::FittedModel& fit) {
   object.erase("random_cells");
   // Matrices of each group would double the size of the page, which shows their diagonals only.
   for (ordered_json& term : object["random"]) {
-    for (const char* key : {"eblup_covariance", "eblup_by_fixed", "eblup_cross_covariance"}) {
-      term.erase(key);
-    }
+    for (const char* key : {"eblup_covariance", "eblup_by_fixed"}) term.erase(key);
   }
   return object;
 }

@@ -36,14 +36,12 @@ struct CalibrationOptions {
 };
 
 /// The random effects of one term for a table: G groups in the order of their first appearance,
-/// with crossed terms then those of the fit that the table does not have, unless groups are new; N
+/// with several terms then those of the fit that the table does not have, unless groups are new; N
 /// rows, p coefficients, q random effects in the order of the fit's. Values of a group whose mode
 /// was not found are NaN.
 struct CalibratedEffects {
   std::vector<std::string> labels{};         ///< (G) as in EstimatedEffects
   std::vector<Eigen::Index> group_of_row{};  ///< (N) -1 if the group is missing
-  std::vector<Eigen::Index>
-      coarser_group{};  ///< (G) that of the term before; -1 in the first, if crossed
   std::vector<Eigen::Index> fitted_group{};  ///< (G) its number in the fit, -1 if not seen
   std::vector<Eigen::Index> measured{};      ///< (G) trees of the table that were used
   Eigen::MatrixXd effects{};                 ///< (q x G) EBLUPs
@@ -53,7 +51,7 @@ struct CalibratedEffects {
 /// The random effects of all groups of a table given its measured trees, at a fit's estimates.
 struct Calibration {
   std::vector<CalibratedEffects> random{};  ///< the terms of the fit, in their order
-  EffectCells cells{};                      ///< of crossed terms, by the groups above
+  EffectCells cells{};                      ///< of several terms, by the groups above
   /// (N) whether the row's response was used.
   std::vector<bool> is_used{};
 };
@@ -66,12 +64,11 @@ struct Calibration {
 /// density. For the data of the fit, SeenGroups::kNew returns the fit's own
 /// EBLUPs. Conditional covariances are those of the linearized model for lb and the inverse
 /// curvature of the density for the other methods. A group without a measured tree has effects
-/// zero with covariance Psi; a new group in a known coarser group starts from the fit's effects of
-/// the coarser group. With crossed terms the effects of all groups are estimated together, from the
-/// curvatures of the fit's cells and the trees of the table; a tree whose groups are all in the fit
-/// is assumed to be one of the fit. Psi may be singular. Nested groups are independent tasks, so
-/// that the result does not depend on the number of threads.
-/// \throws UsageError if the fit has no random effects or no estimates, if the column of groups or
+/// zero with covariance Psi. With several terms the effects of all groups are estimated together,
+/// from the curvatures of the fit's cells and the trees of the table; a tree whose groups are all
+/// in the fit is assumed to be one of the fit. Psi may be singular. The result does not depend on
+/// the number of threads. \throws UsageError if the fit has no random effects or no estimates, if
+/// the column of groups or
 ///   one that the model needs is missing, if SeenGroups needs conditional covariances that the fit
 ///   (of an older file) does not have, or if groups are combined with correlated residuals
 /// Source: Lindstrom and Bates 1990, Biometrics 46, 673-687; Lappi 1991; docs/prediction.md.

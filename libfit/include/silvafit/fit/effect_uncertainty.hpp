@@ -10,10 +10,9 @@ namespace silvafit::fit {
 
 /// Conditional covariances of the random effects of each group of one grouping.
 ///
-/// q random effects, p coefficients, G groups; for the finer of two nested groupings, s effects of
-/// the coarser one. With beta-hat the estimate of the coefficients and b-hat(beta) the random
-/// effects for given ones, b-hat(beta) - b has the conditional covariance V and is independent of
-/// beta-hat in the model linear around the estimates, so that
+/// q random effects, p coefficients, G groups. With beta-hat the estimate of the coefficients and
+/// b-hat(beta) the random effects for given ones, b-hat(beta) - b has the conditional covariance V
+/// and is independent of beta-hat in the model linear around the estimates, so that
 ///
 ///     Var(b-hat - b) = V + S Var(beta-hat) S',   Cov(b-hat - b, beta-hat) = S Var(beta-hat),
 ///
@@ -22,9 +21,6 @@ namespace silvafit::fit {
 struct EffectUncertainty {
   Eigen::MatrixXd covariances{};    ///< (q q x G) V of each group, column by column
   Eigen::MatrixXd sensitivities{};  ///< (q p x G) S of each group, column by column
-  /// (q s x G) covariance with the effects of the group's coarser group; empty with one grouping,
-  /// and with crossed ones, which EffectCells describes.
-  Eigen::MatrixXd cross_covariances{};
 
   bool is_known() const { return covariances.size() > 0; }
   Eigen::MatrixXd covariance(Eigen::Index group, Eigen::Index q) const {
@@ -33,13 +29,10 @@ struct EffectUncertainty {
   Eigen::MatrixXd sensitivity(Eigen::Index group, Eigen::Index q, Eigen::Index p) const {
     return sensitivities.col(group).reshaped(q, p);
   }
-  Eigen::MatrixXd cross_covariance(Eigen::Index group, Eigen::Index q, Eigen::Index s) const {
-    return cross_covariances.col(group).reshaped(q, s);
-  }
 };
 
-/// What the data say about the effects of crossed groups together: each group has a covariance with
-/// many groups of the other terms. The inverse covariance of all effects given the data is that of
+/// What the data say about the effects of several terms together: each group has a covariance with
+/// groups of the other terms. The inverse covariance of all effects given the data is that of
 /// their prior plus these curvatures.
 ///
 /// T terms, C cells: combinations of groups that have observations.

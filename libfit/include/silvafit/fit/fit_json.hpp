@@ -20,7 +20,7 @@ std::string to_json(const FittedModel& fit, int indent = -1);
 /// The object itself.
 nlohmann::ordered_json json_of(const FittedModel& fit);
 
-/// The fit of a JSON object, schema silvafit-fit/1 or silvafit-fit/2. Unknown keys are ignored.
+/// The fit of a JSON object, schema silvafit-fit/2. Unknown keys are ignored.
 /// \throws InputError with file and key if a key is missing or inconsistent with the others, or a
 ///   newer version of silvafit wrote it
 FittedModel from_json(const data::JsonReader& json);

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "prediction/crossed_posterior.hpp"
+#include "prediction/joint_posterior.hpp"
 
 #include <algorithm>
 #include <map>
 #include <utility>
 
-#include "conditional_modes/random_places.hpp"
 #include "model/model_groups.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "silvafit/base/constants.hpp"
@@ -19,6 +18,8 @@ std::vector<Index> counts_of(const FittedModel& fit) {
   return result;
 }
 
+}  // namespace
+
 RandomPlaces places_of(const FittedModel& fit) {
   std::vector<std::vector<Index>> terms;
   for (const EstimatedEffects& term : fit.random) {
@@ -31,11 +32,9 @@ RandomPlaces places_of(const FittedModel& fit) {
   return RandomPlaces(std::move(terms));
 }
 
-}  // namespace
-
-CrossedPosterior::CrossedPosterior(const FittedModel& fit,
-                                   const EffectCells& cells,
-                                   std::vector<std::vector<std::string>> labels)
+JointPosterior::JointPosterior(const FittedModel& fit,
+                               const EffectCells& cells,
+                               std::vector<std::vector<std::string>> labels)
     : layout_(ModelGroups::one_cluster(std::move(labels), cells.groups), counts_of(fit)) {
   for (const EstimatedEffects& term : fit.random) {
     roots_.push_back(covariance_factor(term.covariance));
@@ -45,7 +44,7 @@ CrossedPosterior::CrossedPosterior(const FittedModel& fit,
   is_valid_ = factor_.compute(layout_.pattern(0), GroupPriors(design), cells.curvatures);
 }
 
-MatrixXd CrossedPosterior::solved(std::size_t term, Index group) const {
+MatrixXd JointPosterior::solved(std::size_t term, Index group) const {
   const Index q = layout_.count(term);
   MatrixXd result = MatrixXd::Zero(layout_.size(), q);
   for (Index k = 0; k < q; ++k) {
@@ -55,7 +54,7 @@ MatrixXd CrossedPosterior::solved(std::size_t term, Index group) const {
   return result;
 }
 
-std::vector<MatrixXd> CrossedPosterior::between_terms(
+std::vector<MatrixXd> JointPosterior::between_terms(
     const std::vector<std::vector<Index>>& combinations) const {
   const Index size = layout_.joint_count();
   std::vector<MatrixXd> result(combinations.size(), MatrixXd::Zero(size, size));
