@@ -59,6 +59,7 @@ FitResult BoundedSearch::run() {
     keep(std::move(found));
   }
   search_between();
+  search_outwards();
   return conclusion();
 }
 
@@ -231,6 +232,27 @@ void BoundedSearch::halve(const Candidate& end, const std::string& name) {
   }
 }
 
+/// Towards an infinite end of a range the likelihood may be higher than at the best point: there is
+/// another maximum, or the curve has a limit. The fit without bounds, which is outside, does not
+/// show it.
+void BoundedSearch::search_outwards() {
+  constexpr double kFar = 1e3;
+  if (!best_ || !first_) return;
+  for (const auto& [name, range] : bounds_) {
+    const double size = std::max(std::abs(estimate_of(best_->result.fit, name)),
+                                 std::abs(estimate_of(first_->result.fit, name)));
+    for (const double end : {range.low, range.high}) {
+      if (std::isfinite(end)) continue;
+      const HeldValues others = without(best_->held, name);
+      const Candidate far = candidate(with(others, name, std::copysign(kFar * size, end)), nullptr);
+      const auto is_higher = [&] { return value_of(far) > value_of(*best_) + kSameLikelihood; };
+      if (!far.converged() || !far.is_inside() || !is_higher()) continue;
+      release(far.result.fit, others);
+      if (is_higher()) unbounded_.push_back(name);
+    }
+  }
+}
+
 double BoundedSearch::value_of(const Candidate& candidate) { return candidate.point.value; }
 
 std::vector<Evidence> BoundedSearch::at_bounds(const HeldValues& held) const {
@@ -291,8 +313,18 @@ FitResult BoundedSearch::outside(Candidate candidate) const {
   return std::move(candidate.result);
 }
 
+FitResult BoundedSearch::without_maximum(Candidate candidate) const {
+  FittedModel& fit = candidate.result.fit;
+  fit.convergence.conclude(ConvergenceStatus::kNoMaximum,
+                           {.kind = Finding::Kind::kLimitOfCurve, .names = unbounded_},
+                           Evidence::Kind::kUnbounded);
+  fit.covariance.setConstant(kNaN);
+  return std::move(candidate.result);
+}
+
 /// The best result. It has not converged if something better is within the bounds.
 FitResult BoundedSearch::conclusion() {
+  if (!unbounded_.empty()) return without_maximum(std::move(*best_));
   const auto end = std::ranges::max_element(ends_, {}, value_of);
   const double end_value = end == ends_.end() ? kNone : value_of(*end);
   const double unfinished_value = unfinished_ ? value_of(*unfinished_) : kNone;

@@ -84,6 +84,8 @@ class BoundedSearch {
   bool release(const FittedModel& from, const HeldValues& held);
   bool has_maximum_between(const Candidate& end, const std::string& name) const;
   void halve(const Candidate& end, const std::string& name);
+  void search_outwards();
+  FitResult without_maximum(Candidate candidate) const;
   FitResult conclusion();
   // The reported results of a candidate, each with its convergence message.
   FitResult on_bounds(Candidate candidate) const;
@@ -105,6 +107,7 @@ class BoundedSearch {
   std::vector<Candidate> ends_;    ///< feasible, but the likelihood rises from a bound inwards
   std::optional<Candidate> unfinished_;  ///< the best within the bounds that did not converge
   std::optional<Candidate> first_;       ///< the fit without bounds
+  std::vector<std::string> unbounded_;   ///< coefficients towards whose infinity it is higher
 };
 
 }  // namespace silvafit::fit

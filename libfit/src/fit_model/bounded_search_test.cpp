@@ -207,6 +207,24 @@ TEST_CASE("a fit that runs away does not keep a bounded one from its maximum") {
   CHECK(rising.run({0.0, 5.0}).convergence.converged());
 }
 
+TEST_CASE("a likelihood that is higher towards an infinite end of the range has no maximum") {
+  // Maxima at -10, outside, and 0.5; from 1.6 on it rises towards 1, its limit.
+  const auto value = [](double x) {
+    return x > 1.6 ? 1.0 - 1.6 / x : (x < -5.0 ? 2.0 - (x + 10.0) * (x + 10.0) : x - x * x);
+  };
+  const auto slope = [](double x) {
+    return x > 1.6 ? 1.6 / (x * x) : (x < -5.0 ? -2.0 * (x + 10.0) : 1.0 - 2.0 * x);
+  };
+  const Curve curve{.value = value, .slope = slope, .peak = -10.0};
+  const double infinity = std::numeric_limits<double>::infinity();
+  const FittedModel open = curve.run({0.0, infinity});
+  CHECK(open.convergence.status == ConvergenceStatus::kNoMaximum);
+  CHECK_THAT(open.convergence.verdict(), Contains("x0"));
+  const FittedModel closed = curve.run({0.0, 1.5});
+  REQUIRE(closed.convergence.converged());
+  CHECK(closed.estimate[0] == Approx(0.5).epsilon(1e-6));
+}
+
 TEST_CASE("without a point that fulfils the conditions there is no convergence") {
   // Increases without bound, so that there is no finite maximum above 0.
   const Curve rising{.value = [](double x) { return std::log1p(std::exp(x)); },
