@@ -320,6 +320,40 @@ class Stand(ProgramTest):
         wrong = self.run_program(*thinned[:4], "--thinning", "most", status=2).stderr
         self.assertIn("--thinning", wrong)
 
+    def test_a_site_index_has_ages_and_the_species_of_its_curve(self):
+        def site_of(ages, species="Fagus sylvatica"):
+            rows = [f"1,{k},{species},{10 + 2*k},{10 + k},{age}" for k, age in enumerate(ages)]
+            self.write("aged.csv", "\n".join(["plot,tree,species,dbh,h,age", *rows]) + "\n")
+            return ("stand", "aged.csv", "--plot-area", "100", "--site-index", "elfving-kiviste-1997")
+
+        notes = self.run_json(*site_of([50, 50, 50]))["notes"]
+        self.assertTrue(any("the curve is for Pinus sylvestris" in note and "Fagus sylvatica" in note for note in notes), notes)
+        notes = self.run_json(*site_of([50, 50, 50], "Scots pine"))["notes"]
+        self.assertFalse(any("the curve is for" in note for note in notes), notes)
+        for code in ("-99", "0"):
+            self.assertIn(f"{code} is no age", self.run_program(*site_of([50, code, 50]), status=3).stderr)
+        # The curve's data end at 80 years.
+        outside = self.run_json(*site_of([90, 90, 90]))
+        self.assertIsNone(outside["sites"][0]["site_index_m"])
+
+    def test_what_no_tree_has_is_missing_and_codes_are_asked_about(self):
+        rows = [f"{plot},{tree},B,{10 + plot + 0.7*tree:.1f},{9 + 0.5*tree:.1f},{0.1 + 0.013*tree:.3f}" for plot in (1, 2) for tree in range(20)]
+        self.write("trees.csv", "\n".join(["plot,tree,species,dbh,h,vol", *rows]) + "\n")
+        command = ("stand", "trees.csv", "--plot-area", "500")
+        result = self.run_json(*command, "--equations", "A=taper")
+        self.assertIsNone(result["strata"][-1]["volume_m3"]["per_ha"])
+        self.assertIsNone(result["strata"][-1]["volume_m3"]["standard_error"])
+        self.assertIn("no tree has the species 'a' of --equations", self.run_program(*command, "--equations", "A=taper").stderr)
+        for column, code in (("vol", "-999"), ("h", "99"), ("dbh", "999")):
+            place = {"dbh": 3, "h": 4, "vol": 5}[column]
+            changed = [",".join([*row.split(",")[:place], code, *row.split(",")[place + 1:]]) if k % 10 == 3 else row for k, row in enumerate(rows)]
+            self.write("trees.csv", "\n".join(["plot,tree,species,dbh,h,vol", *changed]) + "\n")
+            error = self.run_program(*command, "--totals", "vol", status=3).stderr
+            self.assertIn(f"{column}: the value {code} in 4 rows is far from all others", error)
+            self.assertIn(f"--missing {code}", error)
+            self.run_program(*command, "--totals", "vol", "--missing", code)
+            self.run_program(*command, "--totals", "vol", "--trust-units")
+
     def test_the_report_has_the_stand_table_and_curves(self):
         self.write("inventory.csv", inventory(plots=("1", "2", "3")))
         self.run_program("stand", "inventory.csv", "--plot-area", "900", "--report", "stand.html")

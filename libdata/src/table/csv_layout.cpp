@@ -123,6 +123,29 @@ char separator_of(std::string_view text) {
   return other;
 }
 
+/// The number of fields of the first records, if they all have as many; else 0.
+std::size_t common_fields(const std::vector<Record>& records) {
+  const std::size_t last = std::min(records.size(), 1 + kRecordsBelow);
+  const auto is_other = [&records](const Record& record) {
+    return record.fields.size() != records.front().fields.size();
+  };
+  if (last < 2 || std::any_of(records.begin(), records.begin() + last, is_other)) return 0;
+  return records.front().fields.size();
+}
+
+/// The separator by the header, unless another one makes more fields of the first records: names
+/// may have commas, as in `dbh, cm;h, m`.
+char separator_by_records(std::string_view text, bool is_whole) {
+  const char by_header = separator_of(text);
+  if (by_header != ',') return by_header;
+  const std::vector<Record> records = Splitter(text, ',').records(is_whole);
+  const std::size_t fields = records.empty() ? 0 : records.front().fields.size();
+  for (const char other : {';', '\t'}) {
+    if (common_fields(Splitter(text, other).records(is_whole)) > fields) return other;
+  }
+  return ',';
+}
+
 bool is_above(const Record& record, const Record& header) {
   return record.is_comment() || record.filled() < header.filled();
 }
@@ -272,7 +295,7 @@ std::size_t count_line_ends(std::string_view text) {
 }
 
 TableStart start_of_table(std::string_view text, bool is_whole, std::optional<char> separator) {
-  const char by_first_record = separator.value_or(separator_of(text));
+  const char by_first_record = separator.value_or(separator_by_records(text, is_whole));
   std::vector<Record> first = Splitter(text, by_first_record).records(is_whole);
   if (begins_with_header(first)) return start_at(first, 0, by_first_record, text);
   const std::string candidates =

@@ -110,8 +110,11 @@ TEST_CASE("semicolons and tabs imply decimal commas, and text keeps its spelling
         Rows{{"plot", "dbh", "note"}, {"07", "12,5", "a, b"}, {"08", "-,5", "x;y"}});
   CHECK(read_text("\n\"Plot; old\";\"BHD\"\n1;1,5E-05\n") ==
         Rows{{"Plot; old", "BHD"}, {"1", "1,5E-05"}});
-  // With a comma in the header, commas are the separators.
+  // With a comma in the header, commas are the separators, unless others make more fields.
   CHECK(read_text("a;b,c\n1;2,5\n") == Rows{{"a;b", "c"}, {"1;2", "5"}});
+  CHECK(read_text("plot;tree;dbh, cm;h, m\n1;7;12,1;11,1\n") ==
+        Rows{{"plot", "tree", "dbh, cm", "h, m"}, {"1", "7", "12,1", "11,1"}});
+  CHECK(read_text("a;b;c,d,e\n1;2;3,4,5\n") == Rows{{"a;b;c", "d", "e"}, {"1;2;3", "4", "5"}});
   CHECK_THAT(error_of("plot;dbh\n1,2\n"), Contains("fields found: 1, columns in the header: 2"));
 
   const ScratchFile semicolons("a;b\n1;2\n");

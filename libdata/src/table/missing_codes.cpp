@@ -5,14 +5,64 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numeric>
 #include <utility>
 
+#include "silvafit/base/median.hpp"
+
 namespace silvafit::data {
+namespace {
+
+/// Whether a number is written with nines only, such as 999 and 99.9.
+bool is_all_nines(double value) {
+  std::string text = shortest(std::abs(value));
+  std::erase(text, '.');
+  return text.find_first_not_of('9') == std::string::npos;
+}
+
+/// The value at an end of a column that is repeated, and far from all others.
+/// \param values  ascending
+template <class Condition>
+std::optional<double> isolated_end(const std::vector<double>& values, Condition is_code) {
+  constexpr std::ptrdiff_t kRepeated = 3;
+  constexpr std::size_t kFewestOthers = 10;
+  constexpr double kIsolated = 20.0;  // typical distances of neighbors
+  std::vector<double> distinct = values;
+  distinct.erase(std::ranges::unique(distinct).begin(), distinct.end());
+  if (distinct.size() < kFewestOthers) return std::nullopt;
+  std::vector<double> gaps(distinct.size());
+  std::adjacent_difference(distinct.begin(), distinct.end(), gaps.begin());
+  gaps.erase(gaps.begin());
+  const double typical = median(gaps);
+  for (const auto& [end, gap] :
+       {std::pair(distinct.front(), gaps.front()), std::pair(distinct.back(), gaps.back())}) {
+    if (!is_code(end) || gap < kIsolated * typical) continue;
+    if (std::ranges::count(values, end) >= kRepeated) return end;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
 
 bool is_missing_code(double value) { return value == -9999.0 || value == -99999.0; }
 
 bool is_likely_missing_code(double value) {
   return value == -9.0 || value == -99.0 || value == -999.0;
+}
+
+std::optional<double> possible_code(std::span<const double> all, bool zero) {
+  std::vector<double> values;
+  std::ranges::copy_if(all, std::back_inserter(values), [](double v) { return !std::isnan(v); });
+  if (values.empty()) return std::nullopt;
+  std::ranges::sort(values);
+  const double least = values.front();
+  const auto next = std::ranges::upper_bound(values, least);
+  const bool is_only_negative = next == values.end() || *next >= 0.0;
+  if (is_only_negative && (is_missing_code(least) || is_likely_missing_code(least))) return least;
+  return isolated_end(values,
+                      [zero](double value) { return value == 0.0 ? zero : is_all_nines(value); });
 }
 
 void take_missing_codes(Table& table, MissingCodes& found) {

@@ -93,19 +93,22 @@ void require_different(const std::vector<std::string>& columns, std::string_view
   }
 }
 
-/// Reads `x, y | plot` and, after a semicolon, `nugget`.
+/// Reads `x, y | plot` and, after a semicolon at the end of either side, `nugget`.
 void parse_arguments(std::string_view text, Part whole, Correlation& result) {
-  const std::vector<Part> halves = split(text, whole.begin, whole.end, ';');
-  if (halves.size() > 1) {
-    result.has_nugget = of(text, halves[1]) == "nugget" && is_spatial(result.kind);
-    if (!result.has_nugget || halves.size() > 2) {
+  std::vector<Part> sides = split(text, whole.begin, whole.end, '|');
+  if (sides.size() > 2) throw FormulaError("there is one grouping", text, sides[2].begin + 1);
+  for (Part& side : sides) {
+    const std::vector<Part> halves = split(text, side.begin, side.end, ';');
+    side = halves.front();
+    if (halves.size() < 2) continue;
+    const bool is_nugget = of(text, halves[1]) == "nugget" && is_spatial(result.kind);
+    if (!is_nugget || result.has_nugget || halves.size() > 2) {
       throw FormulaError("only a nugget of structures by distance can stand after the semicolon",
                          text,
                          halves[1].begin + 1);
     }
+    result.has_nugget = true;
   }
-  const std::vector<Part> sides = split(text, halves[0].begin, halves[0].end, '|');
-  if (sides.size() > 2) throw FormulaError("there is one grouping", text, sides[2].begin + 1);
   if (sides.size() > 1) {
     result.group = of(text, sides[1]);
     if (result.group.empty()) throw FormulaError("expected a column", text, sides[1].begin + 1);

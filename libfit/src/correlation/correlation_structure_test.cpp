@@ -145,6 +145,8 @@ TEST_CASE("Texts of correlations are read and written alike") {
   }
   CHECK(fit::parse_correlation(" exponential( x , y|plot ;nugget ) ").text() ==
         "exponential(x, y | plot; nugget)");
+  CHECK(fit::parse_correlation("exponential(x, y; nugget | plot)").text() ==
+        "exponential(x, y | plot; nugget)");
   for (const std::string text : {"ar2",
                                  "ar1(x, y)",
                                  "car1",
@@ -155,6 +157,7 @@ TEST_CASE("Texts of correlations are read and written alike") {
                                  "exponential",
                                  "exponential(x; range)",
                                  "ar1(x; nugget)",
+                                 "exponential(x; nugget | plot; nugget)",
                                  "compound-symmetry(x)",
                                  "ar1(x",
                                  "ar1(x |)",

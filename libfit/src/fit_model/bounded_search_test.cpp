@@ -96,9 +96,12 @@ struct Curve {
   FitResult fit(const HeldValues& held, const FittedModel* nearby) const {
     const auto found = held.find("x0");
     if (found != held.end()) return at(found->second);
-    if (nearby != nullptr) return at(uphill(nearby->estimate[0]));
-    if (peak) return at(*peak);
-    FitResult result = at(1e9);
+    if (nearby == nullptr) return peak ? at(*peak) : running_away(1e9);
+    const double end = uphill(nearby->estimate[0]);
+    return std::abs(slope(end)) > 1e-4 ? running_away(end) : at(end);
+  }
+  FitResult running_away(double x) const {
+    FitResult result = at(x);
     result.fit.convergence = {.findings = {{.names = {"It runs away."}}}};
     return result;
   }
@@ -208,12 +211,12 @@ TEST_CASE("a fit that runs away does not keep a bounded one from its maximum") {
 }
 
 TEST_CASE("a likelihood that is higher towards an infinite end of the range has no maximum") {
-  // Maxima at -10, outside, and 0.5; from 1.6 on it rises towards 1, its limit.
+  // Maxima at -10, outside, and 0.5; from 1.6 on it rises as a root.
   const auto value = [](double x) {
-    return x > 1.6 ? 1.0 - 1.6 / x : (x < -5.0 ? 2.0 - (x + 10.0) * (x + 10.0) : x - x * x);
+    return x > 1.6 ? std::sqrt(x - 1.6) : (x < -5.0 ? -(x + 10.0) * (x + 10.0) : x - x * x);
   };
   const auto slope = [](double x) {
-    return x > 1.6 ? 1.6 / (x * x) : (x < -5.0 ? -2.0 * (x + 10.0) : 1.0 - 2.0 * x);
+    return x > 1.6 ? 0.5 / std::sqrt(x - 1.6) : (x < -5.0 ? -2.0 * (x + 10.0) : 1.0 - 2.0 * x);
   };
   const Curve curve{.value = value, .slope = slope, .peak = -10.0};
   const double infinity = std::numeric_limits<double>::infinity();

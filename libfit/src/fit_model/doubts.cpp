@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <map>
-#include <numeric>
 #include <optional>
 #include <set>
 #include <string>
@@ -11,7 +10,6 @@
 #include <vector>
 
 #include "model/name_doubts.hpp"
-#include "silvafit/base/median.hpp"
 #include "silvafit/data/missing_codes.hpp"
 
 namespace silvafit::fit {
@@ -79,60 +77,36 @@ std::optional<Finding> response_doubt(const data::Table& table, const FitResult&
   return found ? found : zero_counts(specification, response);
 }
 
-/// Whether a number is written with nines only, such as 999 and 99.9.
-bool is_all_nines(double value) {
-  std::string text = data::shortest(std::abs(value));
-  std::erase(text, '.');
-  return text.find_first_not_of('9') == std::string::npos;
-}
-
-/// The value at an end of a column that may be a code: it is repeated, and far from all others.
-/// \param values  ascending
-/// \param code    whether a value is one of those that people take
-template <class Condition>
-std::optional<double> isolated_end(const std::vector<double>& values, Condition code) {
-  constexpr std::ptrdiff_t kRepeated = 3;
-  constexpr std::size_t kFewestOthers = 10;
-  constexpr double kIsolated = 20.0;  // typical distances of neighbors
-  std::vector<double> distinct = values;
-  distinct.erase(std::ranges::unique(distinct).begin(), distinct.end());
-  if (distinct.size() < kFewestOthers) return std::nullopt;
-  std::vector<double> gaps(distinct.size());
-  std::adjacent_difference(distinct.begin(), distinct.end(), gaps.begin());
-  gaps.erase(gaps.begin());
-  const double typical = median(gaps);
-  for (const auto& [end, gap] :
-       {std::pair(distinct.front(), gaps.front()), std::pair(distinct.back(), gaps.back())}) {
-    if (!code(end) || gap < kIsolated * typical) continue;
-    if (std::ranges::count(values, end) >= kRepeated) return end;
-  }
-  return std::nullopt;
-}
-
-/// A code of missing values: the only negative value of a column, or nines, or 0 as a response,
-/// away from all other values.
+/// A value that may be a code of missing values; 0 as a response only.
 void add_code_doubt(const data::Table& table, const std::string& column, FitResult& result) {
   if (!table.has(column) || !table.is_numeric(column)) return;
-  Convergence& convergence = result.fit.convergence;
   std::vector<double> values;
   for (const std::size_t row : result.rows) values.push_back(table.numbers(column)[row]);
-  std::ranges::sort(values);
-  const auto below = std::ranges::lower_bound(values, 0.0) - values.begin();
-  const bool is_one = below > 0 && values[static_cast<std::size_t>(below) - 1] == values.front();
-  const auto add = [&](Finding::Kind kind, double code) {
-    const auto count = static_cast<double>(std::ranges::count(values, code));
-    convergence.find({.kind = kind, .names = {column, data::shortest(code)}, .values = {count}});
-    convergence.evidence.push_back(
-        {.kind = Evidence::Kind::kMissingCode, .term = column, .value = code});
-  };
-  if (is_one &&
-      (data::is_missing_code(values.front()) || data::is_likely_missing_code(values.front()))) {
-    return add(Finding::Kind::kMissingCode, values.front());
-  }
-  const bool is_response = column == result.fit.specification.formula.left;
-  const auto code = isolated_end(
-      values, [&](double value) { return value == 0.0 ? is_response : is_all_nines(value); });
-  if (code) add(Finding::Kind::kIsolatedCode, *code);
+  const auto code = data::possible_code(values, column == result.fit.specification.formula.left);
+  if (!code) return;
+  const auto count = static_cast<double>(std::ranges::count(values, *code));
+  Convergence& convergence = result.fit.convergence;
+  convergence.find(
+      {.kind = *code < 0.0 ? Finding::Kind::kMissingCode : Finding::Kind::kIsolatedCode,
+       .names = {column, data::shortest(*code)},
+       .values = {count}});
+  convergence.evidence.push_back(
+      {.kind = Evidence::Kind::kMissingCode, .term = column, .value = *code});
+}
+
+/// Responses that `silvafit impute` has filled in, as its own column says.
+void add_imputed_doubt(const data::Table& table, FitResult& result) {
+  const std::string& response = result.fit.specification.formula.left;
+  const std::string source = response + "_source";
+  if (!table.has(source) || table.is_numeric(source)) return;
+  const data::TextColumn& sources = table.text(source);
+  const auto count = std::ranges::count_if(
+      result.rows, [&sources](std::size_t row) { return sources[row] == "imputed"; });
+  if (count == 0) return;
+  result.fit.convergence.find({.kind = Finding::Kind::kImputedRows,
+                               .names = {response},
+                               .values = {static_cast<double>(count)}});
+  result.fit.convergence.add(Evidence::Kind::kResponseValues, {response});
 }
 
 }  // namespace
@@ -158,6 +132,7 @@ void add_doubts(const data::Table& table, const FitModelOptions& options, FitRes
     fit.convergence.find(*std::move(doubt));
     fit.convergence.add(Evidence::Kind::kResponseValues, {fit.specification.formula.left});
   }
+  add_imputed_doubt(table, result);
   std::set<std::string> columns{fit.specification.formula.left};
   for (const ColumnRange& range : fit.ranges) columns.insert(range.column);
   for (const VarianceFactor& factor : fit.specification.variance.factors) {

@@ -135,6 +135,24 @@ TEST_CASE("a repeated value far from all others that may be a code is named firs
   CHECK_FALSE(fitted_with("dbh", 120.0, "h ~ a + b*dbh").has_doubts());
 }
 
+TEST_CASE("responses that were imputed are named") {
+  Table table = doubted_trees();
+  const auto doubted = [&table] {
+    return fit_model(specify_model({.formula = "h ~ a + b*dbh"}, table), table).fit.convergence;
+  };
+  silvafit::data::TextColumn source;
+  for (std::size_t row = 0; row < table.rows(); ++row) source.append("measured");
+  table.set("h_source", source);
+  CHECK_FALSE(doubted().has_doubts());
+  silvafit::data::TextColumn filled;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    filled.append(row < 3 ? "imputed" : "measured");
+  }
+  table.set("h_source", filled);
+  CHECK_THAT(doubted().verdict(), StartsWith("h was imputed in 3 of the rows (h_source)"));
+  CHECK(doubted().has_doubts());
+}
+
 TEST_CASE("models that are not from texts are not doubted") {
   const Table table = doubted_trees();
   const auto result = fit_model(specify_model("h ~ dbh*hgt", {}, table), table);

@@ -192,6 +192,10 @@ std::string_view text_of(Finding::Kind kind) {
        "The value {b} in {x:.0f} rows of the column {a} is far from all others: if this is a code "
        "of missing values, leave these fields empty, or name it with `missing={b}` where a file is "
        "read."},
+      {kImputedRows,
+       "{a} was imputed in {x:.0f} of the rows ({a}_source), by a model and not by measurement: "
+       "estimates and their errors are not those of the measured rows. Use `where={a}_source == "
+       "\"measured\"`."},
       {kCodesRead, "Codes read as missing values: {a}."},
       {kNameDoubt, "{a}"},
 

@@ -119,6 +119,16 @@ void Estimator::combine(const SizedStrata& strata, bool are_weights, StratumFigu
   add_means(strata, result);
 }
 
+/// A quantity that none of the trees has is unknown, not 0.
+void forget_unknown(StratumFigures& figures) {
+  for (std::size_t i = 0; i < figures.quantities.size(); ++i) {
+    const bool is_known = figures.trees == 0 || !std::isnan(figures.quantities_of_tree[i].value);
+    if (is_known) continue;
+    constexpr double kMissing = data::kMissing;
+    figures.quantities[i] = {kMissing, kMissing, kMissing, kMissing};
+  }
+}
+
 }  // namespace
 
 void PlotSums::add(const Inventory& inventory, const std::vector<SampledArea>& areas) {
@@ -202,6 +212,7 @@ std::vector<StratumFigures> stratum_figures(const PlotSums& plots,
     others.kind = StratumFigures::Kind::kWithout;
   }
   result.push_back(std::move(total));
+  for (StratumFigures& figures : result) forget_unknown(figures);
   return result;
 }
 

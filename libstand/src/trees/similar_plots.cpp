@@ -52,11 +52,19 @@ std::string similarity_key(const std::string& label) {
   return key;
 }
 
+bool is_negative(const std::string& label) {
+  double value = 0.0;
+  return data::parse_number(label, value) && value < 0.0;
+}
+
 /// Whether a label is probably a code of missing values. Codes that are words, such as none and nb,
 /// may be values.
-bool is_likely_code(const std::string& label) {
+bool is_likely_code(const std::string& label, const std::vector<std::string>& levels) {
   double value = 0.0;
-  if (data::parse_number(label, value)) return std::isnan(value) || data::is_missing_code(value);
+  if (data::parse_number(label, value)) {
+    if (std::isnan(value) || data::is_missing_code(value)) return true;
+    return data::is_likely_missing_code(value) && std::ranges::count_if(levels, is_negative) == 1;
+  }
   const std::string text = folded(label);
   const auto is_letter = [](char c) { return c >= 'a' && c <= 'z'; };
   const bool is_word = std::ranges::all_of(text, is_letter) && text != "nan" && text != "null";
@@ -68,7 +76,7 @@ bool is_likely_code(const std::string& label) {
 std::string describe_similar_labels(const data::TextColumn& labels, const std::string& of) {
   const std::vector<std::string>& levels = labels.levels();
   for (const std::string& level : levels) {
-    if (!is_likely_code(level)) continue;
+    if (!is_likely_code(level, levels)) continue;
     return fmt::format(
         "{0} is a label of {1}; if it is a code of missing values, leave these "
         "fields empty, or name it with `missing={0}`",

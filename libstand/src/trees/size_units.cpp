@@ -9,9 +9,12 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <optional>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/median.hpp"
+#include "silvafit/data/missing_codes.hpp"
+#include "silvafit/stand/tree_columns.hpp"
 
 namespace silvafit::stand {
 namespace {
@@ -350,10 +353,57 @@ std::string species_in_other_units(const data::TextColumn& species,
   return has_others ? first : std::string();
 }
 
+namespace {
+
+/// Refuses values that may be codes of missing values, which would be the largest trees.
+void check_codes(const std::vector<SizeColumn>& columns, const std::string& file) {
+  for (const SizeColumn& column : columns) {
+    const std::optional<double> code = data::possible_code(column.values);
+    if (!code) continue;
+    const std::string text = data::shortest(*code);
+    throw InputError(
+        fmt::format("the value {} in {} rows is far from all others: if it is a code of missing "
+                    "values, use `missing={}`; if it is a size, use `trust_units=true`",
+                    text,
+                    std::ranges::count(column.values, *code),
+                    text),
+        {.file = file, .column = std::string(column.name)});
+  }
+}
+
+/// Refuses sizes that no tree has.
+void check_largest(const data::TextColumn& plot,
+                   const std::vector<SizeColumn>& columns,
+                   const std::string& file) {
+  for (const SizeColumn& column : columns) {
+    const TreeColumn* const known = tree_column(column.name);
+    if (known == nullptr || known->range.largest == 0.0) continue;
+    const auto is_too_large = [known](double value) { return value > known->range.largest; };
+    const auto first = std::ranges::find_if(column.values, is_too_large);
+    if (first == column.values.end()) continue;
+    const auto row = static_cast<std::size_t>(first - column.values.begin());
+    Place place{.file = file, .column = std::string(column.name)};
+    if (plot.size() > 0) place.plot = plot[row];
+    throw InputError(
+        fmt::format("{} {} is more than any tree has ({} {}), in {} of {} rows; correct or convert "
+                    "the values; if they are right, use `trust_units=true`",
+                    data::shortest(*first),
+                    known->unit,
+                    known->range.largest,
+                    known->unit,
+                    std::ranges::count_if(column.values, is_too_large),
+                    column.values.size()),
+        place);
+  }
+}
+
+}  // namespace
+
 void check_units_of_trees(const data::TextColumn& plot,
                           const data::TextColumn& species,
                           const std::vector<SizeColumn>& columns,
                           const std::string& file) {
+  check_codes(columns, file);
   const Judge judge(columns, file);
   TreeSizes trees{.plot = plot, .species = species.size() > 0 ? &species : nullptr};
   if (plot.size() > 0) {
@@ -366,6 +416,7 @@ void check_units_of_trees(const data::TextColumn& plot,
   const std::string odd = species_in_other_units(species, columns, file);
   if (!odd.empty()) throw InputError(odd, {.file = file, .column = "species"});
   judge.check();
+  check_largest(plot, columns, file);
   judge.check_exchange();
 }
 

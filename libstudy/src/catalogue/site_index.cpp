@@ -28,6 +28,7 @@ SiteCurve read_site_curve(const std::filesystem::path& file) {
                    "reference_points"});
   SiteCurve curve{.id = json.at("id").text(),
                   .title = json.at("title").text(),
+                  .species = json.at("species").texts(),
                   .source = json.at("source").texts(),
                   .height = json.at("formula").expression(),
                   .base_age = json.at("base_age").positive()};

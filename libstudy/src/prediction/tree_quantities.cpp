@@ -57,6 +57,7 @@ struct QuantityPlan {
   std::string name{};
   std::string unit{};
   std::map<std::string, const TreeEquation*> of_species{};  ///< in small letters
+  std::set<std::string> seen{};                             ///< species of trees, the same
   std::vector<const TreeEquation*> of_all{};
 
   // Counts of trees, for notes.
@@ -224,7 +225,10 @@ stand::TreeQuantity QuantityMaker::compute(QuantityPlan& plan) {
   for (std::size_t row = 0; row < table_.rows(); ++row) {
     const std::string species = species_of(row);
     const auto [equation, is_new] = equation_of.try_emplace(species);
-    if (is_new) equation->second = equation_for(plan, species);
+    if (is_new) {
+      equation->second = equation_for(plan, species);
+      plan.seen.insert(lower_case(species));
+    }
     if (equation->second) {
       rows_of[*equation->second].push_back(row);
     } else {
@@ -266,6 +270,10 @@ std::vector<std::string> QuantityMaker::notes() const {
   std::vector<std::string> notes;
   for (const QuantityPlan& plan : plans_) {
     for (const auto& [equation, outside] : plan.outside) note_domain(*equation, outside, notes);
+    for (const auto& [species, equation] : plan.of_species) {
+      if (plan.seen.contains(species)) continue;
+      notes.push_back(fmt::format("no tree has the species '{}' of `equations`", species));
+    }
     const auto note = [&](std::size_t count, std::string_view why) {
       if (count == 0) return;
       notes.push_back(

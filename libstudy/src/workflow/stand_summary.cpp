@@ -11,6 +11,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <utility>
 
@@ -18,6 +19,7 @@
 #include "silvafit/base/json_values.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/list_table.hpp"
+#include "silvafit/data/missing_codes.hpp"
 #include "silvafit/stand/stand_json.hpp"
 #include "silvafit/study/analysis_setting_list.hpp"
 #include "silvafit/study/indices.hpp"
@@ -25,6 +27,7 @@
 #include "silvafit/study/setting_list.hpp"
 #include "silvafit/study/site_index.hpp"
 #include "silvafit/study/study_files.hpp"
+#include "silvafit/tree/species_map.hpp"
 #include "study/settings_json.hpp"
 #include "workflow/flow.hpp"
 #include "workflow/report_parts.hpp"
@@ -119,9 +122,9 @@ std::vector<std::string> columns_of(const StandOptions& options) {
 }
 
 /// Adds columns of the file as quantities.
-/// \throws InputError if one is not a column of numbers
-void add_totals(const std::vector<std::string>& columns, stand::Inventory& inventory) {
-  for (const std::string& column : columns) {
+/// \throws InputError if one is not a column of numbers, or has what may be a code
+void add_totals(const StandOptions& options, stand::Inventory& inventory) {
+  for (const std::string& column : options.totals) {
     const bool is_other = inventory.other.has(column);
     const data::Table table = is_other ? data::Table() : stand::to_table(inventory);
     const data::Table& source = is_other ? inventory.other : table;
@@ -131,19 +134,26 @@ void add_totals(const std::vector<std::string>& columns, stand::Inventory& inven
                        {.file = inventory.file, .column = "`totals`"});
     }
     const auto values = source.numbers(column);
+    const auto code = data::possible_code(values);
+    if (code && !options.reading.trust_units) {
+      throw InputError(
+          fmt::format(
+              "the value {0} in {1} rows is far from all others: if it is a code of missing "
+              "values, use `missing={0}`; if it is a value, use `trust_units=true`",
+              data::shortest(*code),
+              std::ranges::count(values, *code)),
+          {.file = inventory.file, .column = column});
+    }
     inventory.quantities.push_back({.name = column, .values = {values.begin(), values.end()}});
   }
 }
 
 /// The numbers of trees without a value.
-std::vector<std::string> notes_on_totals(const StandOptions& options,
-                                         const stand::StandReport& report) {
+std::vector<std::string> notes_on_totals(const stand::StandReport& report) {
   std::vector<std::string> notes;
   for (std::size_t i = 0; i < report.quantities.size(); ++i) {
-    const bool is_column =
-        std::ranges::find(options.totals, report.quantities[i]) != options.totals.end();
     const std::size_t without = report.all.trees_without_quantity[i];
-    if (!is_column || without == 0) continue;
+    if (without == 0 || without == report.all.trees) continue;
     notes.push_back(
         fmt::format("{} no {}; sums do not include {}, and means are those of the others",
                     counted(without, "tree has", "trees have"),
@@ -235,6 +245,35 @@ void add_thinning(const StandOptions& options,
   summary.thinning = stand::thin(trees, summary.report, stand::parse_thinning(options.thinning));
 }
 
+/// \throws InputError if one is not above 0
+void check_ages(const stand::Inventory& trees, std::span<const double> ages) {
+  const auto wrong = std::ranges::find_if(ages, [](double age) { return age <= 0.0; });
+  if (wrong == ages.end()) return;
+  Place place = trees.place(static_cast<std::size_t>(wrong - ages.begin()));
+  place.column = "age";
+  throw InputError(
+      fmt::format("{0} is no age; if it is a code of missing values, use `missing={0}`",
+                  data::shortest(*wrong)),
+      place);
+}
+
+/// Names the species of trees for which a curve was not made.
+void note_other_species(const stand::Inventory& trees,
+                        const SiteCurve& curve,
+                        const tree::SpeciesMap& map,
+                        std::vector<std::string>& notes) {
+  std::vector<std::string> others;
+  for (const std::string& species : trees.species.levels()) {
+    const tree::SpeciesMap::Species* const known = map.find(species);
+    const std::string& latin = known == nullptr ? species : known->latin;
+    if (std::ranges::find(curve.species, latin) == curve.species.end()) others.push_back(species);
+  }
+  if (others.empty()) return;
+  notes.push_back(fmt::format("the curve is for {}; the trees are also, or instead, of {}",
+                              fmt::join(curve.species, " and "),
+                              data::list_of(others)));
+}
+
 void add_site_indices(const StandOptions& options, StandSummary& summary) {
   if (options.site_index.empty()) return;
   const std::vector<SiteCurve> curves = load_site_curves(options.equations.models);
@@ -247,6 +286,7 @@ void add_site_indices(const StandOptions& options, StandSummary& summary) {
         {.file = trees.file, .column = "age"});
   }
   const auto ages = trees.other.numbers("age");
+  check_ages(trees, ages);
   std::size_t outside = 0;
   for (const stand::AreaReport& area : summary.report.areas) {
     double sum = 0.0;
@@ -260,7 +300,7 @@ void add_site_indices(const StandOptions& options, StandSummary& summary) {
                    .age = count > 0.0 ? sum / count : data::kMissing,
                    .dominant_m = area.figures.dominant_height_m};
     site.at_base_age = curve.site_index(site.dominant_m, site.age);
-    if (site.age < curve.lowest_age || site.age > curve.highest_age) ++outside;
+    if (!std::isnan(site.age) && !curve.has_age(site.age)) ++outside;
     summary.sites.push_back(std::move(site));
   }
   summary.report.notes.push_back(
@@ -269,11 +309,14 @@ void add_site_indices(const StandOptions& options, StandSummary& summary) {
                   curve.base_age,
                   curve.title,
                   curve.id));
+  const auto map = tree::SpeciesMap::load(options.equations.models);
+  note_other_species(trees, curve, map, summary.report.notes);
   if (outside == 0) return;
-  summary.report.notes.push_back(fmt::format("{} outside the ages of the curve, {} to {} years",
-                                             counted(outside, "plot is", "plots are"),
-                                             curve.lowest_age,
-                                             curve.highest_age));
+  summary.report.notes.push_back(
+      fmt::format("{} outside the ages of the curve, {} to {} years, and without a site index",
+                  counted(outside, "plot is", "plots are"),
+                  curve.lowest_age,
+                  curve.highest_age));
 }
 
 }  // namespace
@@ -314,7 +357,7 @@ StandSummary stand_summary(const data::TableSource& inventory,
     if (!options.equations.equations.empty()) {
       trees.quantities = quantities.add(stand::to_table(trees));
     }
-    add_totals(options.totals, trees);
+    add_totals(options, trees);
   };
   if (options.stream) {
     add_parts(flow, report, add_quantities, callbacks, sink, summary);
@@ -326,7 +369,7 @@ StandSummary stand_summary(const data::TableSource& inventory,
     add_thinning(options, report, summary);
     add_site_indices(options, summary);
   }
-  for (std::string& note : notes_on_totals(options, summary.report)) {
+  for (std::string& note : notes_on_totals(summary.report)) {
     summary.report.notes.push_back(std::move(note));
   }
   summary.notes = complete_notes(
@@ -466,7 +509,7 @@ GrowthSummary stand_growth(const data::TableSource& inventory,
   if (!options.equations.equations.empty()) {
     trees.quantities = quantities.add(stand::to_table(trees));
   }
-  add_totals(options.totals, trees);
+  add_totals(options, trees);
   summary.report = stand::growth_report(trees, report);
   summary.notes = complete_notes(
       report, quantities.notes(), summary.inventory.notes, summary.report.notes, callbacks);

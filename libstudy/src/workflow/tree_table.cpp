@@ -165,7 +165,8 @@ void TableReader::find_missing_values(const std::string& name,
 void TableReader::add_column(const stand::ColumnMapping& column) {
   data::Table& table = result_.table;
   const Names parts = stand::joined_columns(column.source, reader_.header());
-  if (stand::is_label(column.name) && !parts.empty()) {
+  const bool is_text = stand::is_label(column.name) || contains(wishes_.names, column.name);
+  if (is_text && !parts.empty()) {
     table.set(column.name, stand::joined_labels(table, parts));
   } else if (!table.has(column.source)) {
     std::vector<data::TextCell> cells;

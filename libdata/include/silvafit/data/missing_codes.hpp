@@ -3,6 +3,8 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,6 +17,12 @@ namespace silvafit::data {
 bool is_missing_code(double value);
 /// Whether it often does, in columns without other negative values: -9, -99 or -999.
 bool is_likely_missing_code(double value);
+
+/// A value that may be a code: a likely one that is the only negative value, or one at the end of a
+/// column that is written with nines only, such as 999 or 99.9, repeated, and far from all others.
+/// \param values  NaN where missing
+/// \param zero    whether a repeated 0 far from all others may be a code, too
+std::optional<double> possible_code(std::span<const double> values, bool zero = false);
 
 /// Counts by column, in the order of the first calls.
 class MissingCodes {

@@ -55,7 +55,8 @@ struct SizeColumn {
 /// dbh buckles under its own weight, 95 (dbh/m)^(2/3) m (McMahon 1973, Science 179: 1201-1204, from
 /// which no tree of 576 is higher); palms reach a quarter more (Rich 1986). Also refuses dbh and h
 /// of a whole table that are exchanged: heights vary less than diameters, and the stand would be
-/// more usual the other way round.
+/// more usual the other way round, values that may be codes (data::possible_code()), and sizes that
+/// no tree has.
 ///
 /// \param plot, species  (N); empty: unknown
 /// \throws InputError with the conversions that make plausible trees

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -15,6 +16,7 @@ namespace silvafit::study {
 struct SiteCurve {
   std::string id{};
   std::string title{};  ///< species and region
+  std::vector<std::string> species{};
   std::vector<std::string> source{};
   data::Expression height = data::Expression::constant(0.0);  ///< of h, age and age2 [m, years]
   double base_age = 0.0;
@@ -25,7 +27,11 @@ struct SiteCurve {
 
   /// [m]; NaN without an age or a height above 0
   double height_at(double age2, double h_m, double age) const;
-  double site_index(double h_m, double age) const { return height_at(base_age, h_m, age); }
+  /// The same at the base age; NaN beyond the ages for which the curve was made, too.
+  double site_index(double h_m, double age) const {
+    return has_age(age) ? height_at(base_age, h_m, age) : NAN;
+  }
+  bool has_age(double age) const { return age >= lowest_age && age <= highest_age; }
 };
 
 /// The curves of `models/site_index`, by id.
