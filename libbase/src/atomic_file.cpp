@@ -6,13 +6,15 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstring>
 #include <optional>
+#include <ostream>
 #include <set>
+#include <streambuf>
 #include <string>
 #include <system_error>
 #include <utility>
 
-#include "descriptor_stream.hpp"
 #include "silvafit/base/built_in_files.hpp"
 #include "silvafit/base/io_error.hpp"
 #include "silvafit/base/ranks.hpp"
@@ -21,6 +23,92 @@
 
 namespace silvafit {
 namespace {
+
+/// Closes a descriptor at the end of its scope.
+class Descriptor {
+ public:
+  explicit Descriptor(int number = -1) : number_(number) {}
+  ~Descriptor() { close(); }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+
+  int number() const { return number_; }
+  /// \return whether the system closed it without an error
+  bool close();
+
+ private:
+  int number_;
+};
+
+/// Writes to a descriptor that the caller opens and closes. Unlike std::ofstream it keeps the
+/// reason of the first failure.
+class DescriptorBuffer final : public std::streambuf {
+ public:
+  explicit DescriptorBuffer(int descriptor);
+
+  /// errno of the first write that failed; 0 if none failed.
+  int error_number() const { return error_number_; }
+
+ protected:
+  int_type overflow(int_type c) override;
+  std::streamsize xsputn(const char* bytes, std::streamsize count) override;
+  int sync() override;
+
+ private:
+  bool write_buffered();
+  bool write_all(const char* bytes, std::size_t count);
+
+  static constexpr std::size_t kBlock = std::size_t{1} << 16U;
+  int descriptor_;
+  int error_number_ = 0;
+  std::array<char, kBlock> block_{};
+};
+
+bool Descriptor::close() {
+  const int number = std::exchange(number_, -1);
+  return number < 0 || system::close(number);
+}
+
+DescriptorBuffer::DescriptorBuffer(int descriptor) : descriptor_(descriptor) {
+  setp(block_.data(), block_.data() + block_.size());
+}
+
+bool DescriptorBuffer::write_all(const char* bytes, std::size_t count) {
+  while (count > 0 && error_number_ == 0) {
+    const std::ptrdiff_t written = system::write(descriptor_, bytes, count);
+    if (written >= 0) {
+      bytes += written;
+      count -= static_cast<std::size_t>(written);
+    } else {
+      error_number_ = errno;
+    }
+  }
+  return error_number_ == 0;
+}
+
+bool DescriptorBuffer::write_buffered() {
+  const auto count = static_cast<std::size_t>(pptr() - pbase());
+  setp(block_.data(), block_.data() + block_.size());
+  return write_all(block_.data(), count);
+}
+
+std::streambuf::int_type DescriptorBuffer::overflow(int_type c) {
+  if (!write_buffered()) return traits_type::eof();
+  if (traits_type::eq_int_type(c, traits_type::eof())) return traits_type::not_eof(c);
+  return sputc(traits_type::to_char_type(c));
+}
+
+std::streamsize DescriptorBuffer::xsputn(const char* bytes, std::streamsize count) {
+  if (count <= epptr() - pptr()) {
+    std::memcpy(pptr(), bytes, static_cast<std::size_t>(count));
+    pbump(static_cast<int>(count));
+    return count;
+  }
+  const bool is_written = write_buffered() && write_all(bytes, static_cast<std::size_t>(count));
+  return is_written ? count : 0;
+}
+
+int DescriptorBuffer::sync() { return write_buffered() ? 0 : -1; }
 
 namespace fs = std::filesystem;
 

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "expression/function_advice.hpp"
+#include "expression/operation.hpp"
 #include "expression/self_starting_models.hpp"
 #include "silvafit/base/error.hpp"
 

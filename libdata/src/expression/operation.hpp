@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The operations that expressions are made of, their names, and what each does to single values.
+// The operations that expressions are made of, their names, what each does to single values, and
+// advice on functions that formulas do not have.
 #pragma once
 
 #include <cstdint>
@@ -68,5 +69,9 @@ std::string_view function_name(Operation operation);
 
 /// The value of an operation on numbers; unused arguments are ignored.
 double apply(Operation operation, double a, double b, double c);
+
+/// The rest of the message "unknown function 'NAME'": what to write instead, or a function with a
+/// similar name.
+std::string advice_on_function(std::string_view name);
 
 }  // namespace silvafit::data

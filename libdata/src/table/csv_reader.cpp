@@ -20,7 +20,6 @@
 #include "silvafit/base/system.hpp"
 #include "silvafit/data/csv.hpp"
 #include "table/csv_layout.hpp"
-#include "table/encoding_advice.hpp"
 #include "table/formula_guards.hpp"
 #include "table/utf8.hpp"
 

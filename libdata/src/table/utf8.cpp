@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "table/utf8.hpp"
 
+#include <fmt/format.h>
+
+#include <cctype>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 
 namespace silvafit::data {
+
 namespace {
 
 /// Offset of the first byte above 127 at or after `from`, or the length.
@@ -56,6 +61,66 @@ std::size_t first_invalid_utf8(std::string_view text) {
     i += length;
   }
   return std::string_view::npos;
+}
+
+namespace {
+
+bool is_letter(std::string_view bytes, std::size_t i) {
+  return i < bytes.size() && std::isalpha(static_cast<unsigned char>(bytes[i])) != 0;
+}
+
+/// Whether a run of bytes above 127 can be Chinese characters, which mostly have two such bytes
+/// each. Two accented letters within a word, as in "Groesse", are not.
+bool can_be_chinese(std::string_view bytes, std::size_t begin, std::size_t end) {
+  const bool is_in_word = begin > 0 && is_letter(bytes, begin - 1) && is_letter(bytes, end);
+  return (end - begin) % 2 == 0 && !(end - begin == 2 && is_in_word);
+}
+
+/// Whether at least three quarters of the bytes above 127 can belong to Chinese characters.
+bool looks_chinese(std::string_view bytes) {
+  const auto is_high = [&](std::size_t i) { return static_cast<unsigned char>(bytes[i]) > 0x80; };
+  std::size_t chinese = 0;
+  std::size_t all = 0;
+  for (std::size_t begin = 0; begin < bytes.size();) {
+    std::size_t end = begin;
+    while (end < bytes.size() && is_high(end)) ++end;
+    all += end - begin;
+    if (end > begin && can_be_chinese(bytes, begin, end)) chinese += end - begin;
+    begin = end + 1;
+  }
+  return all > 0 && 4 * chinese >= 3 * all;
+}
+
+/// The command that converts a file, with its name quoted for the shell if necessary.
+std::string command(std::string_view encoding, const std::string& file) {
+  const std::size_t dot = file.rfind('.');
+  const std::size_t slash = file.rfind('/');
+  const bool has_ending = dot != std::string::npos && (slash == std::string::npos || dot > slash);
+  const std::string converted =
+      has_ending ? file.substr(0, dot) + "-utf8" + file.substr(dot) : file + "-utf8";
+  const char* const quote = file.find_first_of(" '()&;") == std::string::npos ? "" : "\"";
+  return fmt::format(
+      "iconv -f {0} -t UTF-8 {1}{2}{1} > {1}{3}{1}", encoding, quote, file, converted);
+}
+
+std::string advice(std::string_view likely, std::string_view encoding, const std::string& file) {
+  return fmt::format(
+      "{}; save it as \"CSV UTF-8\", or convert it: {}", likely, command(encoding, file));
+}
+
+}  // namespace
+
+std::string advice_on_encoding(std::string_view bytes, const std::string& file) {
+  return looks_chinese(bytes)
+             ? advice("the file is likely GB18030 (Chinese)", "GB18030", file)
+             : advice("the file is likely Windows-1252 or Latin-1", "CP1252", file);
+}
+
+std::string advice_on_utf16(std::string_view bytes, const std::string& file) {
+  const bool has_mark = bytes.starts_with("\xFF\xFE") || bytes.starts_with("\xFE\xFF");
+  const bool is_big_endian = bytes.starts_with('\0');
+  const char* const encoding = has_mark ? "UTF-16" : is_big_endian ? "UTF-16BE" : "UTF-16LE";
+  return advice("the file is UTF-16", encoding, file);
 }
 
 }  // namespace silvafit::data

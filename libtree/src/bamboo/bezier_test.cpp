@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "bamboo/bezier.hpp"
-
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 
+#include "bamboo/culm.hpp"
 #include "silvafit/base/error.hpp"
 
 using namespace silvafit;

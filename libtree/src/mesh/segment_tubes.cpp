@@ -6,7 +6,6 @@
 
 #include "mesh/level_of_detail.hpp"
 #include "mesh/line_simplification.hpp"
-#include "mesh/ring_in_crown.hpp"
 #include "mesh/tube.hpp"
 #include "mesh/wood_error.hpp"
 #include "segments/skeleton_line.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Rings around an axis, and the tube between them.
+// Rings around an axis, the tube between them, and rings that stay inside a crown.
 #pragma once
 
 #include <cmath>
@@ -10,6 +10,7 @@
 
 #include "mesh/bark_surface.hpp"
 #include "mesh/part_builder.hpp"
+#include "silvafit/tree/crown.hpp"
 #include "silvafit/tree/point.hpp"
 
 namespace silvafit::tree {
@@ -78,5 +79,32 @@ void add_tube(std::span<const Ring> rings,
               std::span<const Point> corners,
               const TubeLook& look,
               PartBuilder& build);
+
+/// Sections of wood with one shape and direction, at any position and of any thickness.
+class RingInCrown {
+ public:
+  /// \param corners           of the section in its plane, for a radius of 1; they outlive this
+  /// \param sideways, upward  the plane in space
+  RingInCrown(const Crown& crown, std::span<const Point> corners, Point sideways, Point upward)
+      : crown_(crown), corners_(corners), sideways_(sideways), upward_(upward) {}
+
+  bool contains(Point at, double radius_m) const;
+
+  /// Lifts a ring that would reach out of the crown to the crown base, then makes it smaller until
+  /// it fits, and moves it towards the stem if this is not enough.
+  /// \param let_pass_m  a radius that may be outside, so that no ring becomes a point
+  /// \returns whether it fits
+  bool fit(Point& at, double& radius_m, double let_pass_m) const;
+
+ private:
+  Point across(Point corner) const { return corner.x * sideways_ + corner.y * upward_; }
+  double lowest() const;
+  bool move_inward(Point& at, double radius_m, double step_m) const;
+
+  const Crown& crown_;
+  std::span<const Point> corners_;
+  Point sideways_;
+  Point upward_;
+};
 
 }  // namespace silvafit::tree

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Start and direction of first-order branches.
+// Whorls of first-order branches, their start and their direction.
 #pragma once
 
 #include <vector>
@@ -7,6 +7,27 @@
 #include "silvafit/tree/skeleton.hpp"
 
 namespace silvafit::tree {
+
+/// Branches that start at one height.
+struct Whorl {
+  double base_m = 0.0;
+  int branches = 0;
+};
+
+/// The whorls of a tree from the crown base up; the lowest is exactly at the crown base. A
+/// spiral's branches are whorls of one.
+///
+/// If the age is known and the preset has the equations, the number of living branches is that of
+/// the equations. With yearly whorls, these are on the shoots of as many years as the crown's
+/// length contains, all shoots being of equal length; dead branches are shed from the bottom up,
+/// below the crown base.
+/// \param bound  branches that are planned elsewhere and count as living ones
+/// \param notes  gets an entry if an equation was left or not followed
+std::vector<Whorl> plan_whorls(const TreeShape& shape,
+                               const Preset& preset,
+                               int bound,
+                               Random& random,
+                               std::vector<Note>& notes);
 
 /// A straight line from the stem's axis to the crown curve.
 struct PlannedBranch {

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "segments/whorls.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

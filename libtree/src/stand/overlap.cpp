@@ -1,21 +1,134 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/tree/overlap.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <nanoflann.hpp>
 #include <numeric>
+#include <span>
+#include <string>
+#include <string_view>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 #include "segments/skeleton_line.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
-#include "stand/near_crowns.hpp"
+#include "silvafit/tree/mesh.hpp"
 #include "stand/radius_branch.hpp"
 
 namespace silvafit::tree {
 namespace {
+
+/// The circle around a stem that contains the tree's crown.
+struct CrownCircle {
+  std::string_view plot{};
+  std::string_view tree{};
+  Position stem{};
+  double radius_m = 0.0;
+};
+
+/// Stems in the interface that nanoflann needs.
+struct StemPlaces {
+  const std::vector<CrownCircle>& crowns;
+
+  std::size_t kdtree_get_point_count() const { return crowns.size(); }
+  double kdtree_get_pt(std::size_t i, std::size_t axis) const {
+    return axis == 0 ? crowns[i].stem.x_m : crowns[i].stem.y_m;
+  }
+  template <typename Box>
+  bool kdtree_get_bbox(Box&) const {
+    return false;
+  }
+};
+
+using StemTree = nanoflann::
+    KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, StemPlaces>, StemPlaces, 2>;
+
+class CrownSearch {
+ public:
+  explicit CrownSearch(const std::vector<CrownCircle>& crowns)
+      : crowns_(crowns),
+        places_{crowns},
+        index_(2, places_, nanoflann::KDTreeSingleIndexAdaptorParams(10)) {
+    for (const CrownCircle& crown : crowns) widest_ = std::max(widest_, crown.radius_m);
+  }
+
+  std::vector<std::size_t> near(std::size_t i) const {
+    const CrownCircle& own = crowns_[i];
+    const double at[2] = {own.stem.x_m, own.stem.y_m};
+    std::vector<std::pair<std::uint32_t, double>> found;
+    const double reach = own.radius_m + widest_;
+    index_.radiusSearch(at, reach * reach, found, nanoflann::SearchParams());
+    std::vector<std::size_t> result;
+    for (const auto& [j, squared] : found) {
+      const double both = own.radius_m + crowns_[j].radius_m;
+      if (j != i && squared < both * both) result.push_back(j);
+    }
+    std::sort(result.begin(), result.end());
+    return result;
+  }
+
+ private:
+  const std::vector<CrownCircle>& crowns_;
+  StemPlaces places_;
+  StemTree index_;
+  double widest_ = 0.0;
+};
+
+// Neighbors of one tree, and of all, with which overlaps are resolved in minutes: in dense natural
+// regeneration a tree has some 60.
+constexpr std::size_t kMostNear = 500;
+constexpr std::size_t kMostNearOnAverage = 100;
+constexpr std::size_t kMostNearOfFew = 10000;
+
+/// Names the first tree at which the stand becomes too dense, for any order of the threads.
+[[noreturn]] void refuse_density(const std::vector<CrownCircle>& crowns,
+                                 const CrownSearch& search,
+                                 std::size_t most_of_all) {
+  std::size_t sum = 0;
+  for (std::size_t i = 0;; ++i) {
+    const std::size_t count = search.near(i).size();
+    sum += count;
+    if (count <= kMostNear && sum <= most_of_all && i + 1 < crowns.size()) continue;
+    throw GeometryError(
+        fmt::format("overlaps cannot be resolved: the crowns of {} other trees reach the crown of "
+                    "this one, and at most {} in one place and {} on average are possible; check "
+                    "positions and crown widths, or omit `resolve_overlaps`",
+                    count,
+                    kMostNear,
+                    kMostNearOnAverage),
+        {.plot = std::string(crowns[i].plot), .tree = std::string(crowns[i].tree)});
+  }
+}
+
+/// For each crown every other crown that could touch it, in increasing order.
+/// \param threads  0: one for each core
+/// \throws GeometryError with the tree if more crowns meet in one place than resolve_overlaps() can
+///   resolve in minutes
+std::vector<std::vector<std::size_t>> near_crowns(const std::vector<CrownCircle>& crowns,
+                                                  unsigned threads) {
+  std::vector<std::vector<std::size_t>> near(crowns.size());
+  if (crowns.empty()) return near;
+  const CrownSearch search(crowns);
+  const std::size_t most_of_all = kMostNearOfFew + kMostNearOnAverage * crowns.size();
+  std::atomic<std::size_t> sum{0};
+  std::atomic<bool> is_too_dense{false};
+  parallel_for(crowns.size(), threads, [&](std::size_t i) {
+    if (is_too_dense) return;
+    near[i] = search.near(i);
+    if (near[i].size() > kMostNear || (sum += near[i].size()) > most_of_all) is_too_dense = true;
+  });
+  if (is_too_dense) refuse_density(crowns, search, most_of_all);
+  return near;
+}
 
 using Lanes = std::shared_ptr<const std::vector<Lane>>;
 
@@ -196,8 +309,6 @@ class PairResolver {
     pair.meeting = crown_meeting(first_crown, second_crown, pair.distance_m);
     std::vector<Overlapping> of_first = overlapping(weaker, stronger);
     std::vector<Overlapping> of_second = overlapping(stronger, weaker);
-    pair.overlapping_weaker = of_first.size();
-    pair.overlapping_stronger = of_second.size();
     remove(of_first, of_second, result);
     pair.removed_weaker = result.removed_weaker.size();
     pair.removed_stronger = result.removed_stronger.size();
@@ -232,9 +343,8 @@ class PairResolver {
       });
       if (one.crosses_lane || one.beyond > -kInfinity) found.push_back(one);
     }
-    std::sort(found.begin(), found.end(), [](const Overlapping& a, const Overlapping& b) {
-      return std::tuple(!a.crosses_lane, -a.beyond, a.axis) <
-             std::tuple(!b.crosses_lane, -b.beyond, b.axis);
+    std::ranges::sort(found, {}, [](const Overlapping& one) {
+      return std::tuple(!one.crosses_lane, -one.beyond, one.axis);
     });
     return found;
   }
@@ -299,8 +409,7 @@ std::vector<std::size_t> ranks_of(std::span<const StandTree> trees) {
   std::vector<std::size_t> order(trees.size());
   std::iota(order.begin(), order.end(), 0);
   const auto name = [&](std::size_t i) { return std::tie(trees[i].plot, trees[i].tree); };
-  std::sort(
-      order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return name(a) < name(b); });
+  std::ranges::sort(order, {}, name);
   std::vector<std::size_t> ranks(trees.size());
   for (std::size_t r = 0; r < order.size(); ++r) {
     if (r > 0 && name(order[r - 1]) == name(order[r])) {
@@ -323,8 +432,8 @@ std::vector<std::pair<std::size_t, std::size_t>> weaker_and_stronger(
       if (is_weaker(trees[i], trees[j])) pairs.emplace_back(i, j);
     }
   }
-  std::sort(pairs.begin(), pairs.end(), [&](const auto& a, const auto& b) {
-    return std::pair(ranks[a.first], ranks[a.second]) < std::pair(ranks[b.first], ranks[b.second]);
+  std::ranges::sort(pairs, {}, [&](const auto& pair) {
+    return std::pair(ranks[pair.first], ranks[pair.second]);
   });
   return pairs;
 }
@@ -373,6 +482,19 @@ StandOverlap resolve_overlaps(std::span<const StandTree> trees, unsigned threads
     tree.territory = Territory(trees[i].crown, radius_branches.lanes(i), std::move(neighbors[i]));
   }
   return stand;
+}
+
+void check_crown_density(std::span<const Morphology> trees, unsigned threads) {
+  std::vector<CrownCircle> crowns;
+  crowns.reserve(trees.size());
+  for (const Morphology& tree : trees) {
+    const double of_width = tree.cw_m.value_or(0.0) / 2.0;
+    crowns.push_back({.plot = tree.plot,
+                      .tree = tree.tree,
+                      .stem = tree.position,
+                      .radius_m = tree.radii ? tree.radii->widest_m() : of_width});
+  }
+  near_crowns(crowns, threads);
 }
 
 }  // namespace silvafit::tree

@@ -15,7 +15,6 @@ namespace {
 // this left is removed.
 constexpr double kHair = 0.98;
 constexpr double kWorthKeeping = 0.3;
-constexpr std::uint32_t kGone = std::numeric_limits<std::uint32_t>::max();
 
 std::vector<SkeletonPoint> cut_back(std::span<const SkeletonPoint> line, double share) {
   const double reach = share * line_length_m(line);
@@ -36,7 +35,7 @@ class Pruner {
       : skeleton_(skeleton),
         crown_(crown),
         overlap_(overlap),
-        new_axis_(skeleton.axes.size(), kGone),
+        new_axis_(skeleton.axes.size(), kNone),
         kept_share_(skeleton.axes.size(), 1.0) {
     result_.skeleton.notes = skeleton.notes;
   }
@@ -65,7 +64,7 @@ class Pruner {
  private:
   void add(std::uint32_t i, std::span<const SkeletonPoint> points) {
     const Axis& axis = skeleton_.axes[i];
-    if (new_axis_[axis.parent] == kGone) return;
+    if (new_axis_[axis.parent] == kNone) return;
     if (std::binary_search(overlap_.removed.begin(), overlap_.removed.end(), i)) return;
     if (const BranchLine* turned = turned_course(i)) {
       keep(i, turned->points);
@@ -132,12 +131,12 @@ class Pruner {
       }
     }
     constexpr double kSame = 0.001;
-    std::uint32_t back = kGone;
+    std::uint32_t back = kNone;
     double most = 0.0;
     double held_of_back = 0.0;
     for (std::uint32_t i = 0; i < skeleton_.axes.size(); ++i) {
       const Axis& axis = skeleton_.axes[i];
-      if (axis.order != 1 || new_axis_[i] != kGone) continue;
+      if (axis.order != 1 || new_axis_[i] != kNone) continue;
       const auto points = skeleton_.points_of(axis);
       if (points.front().at.z > crown_.hcb_m() + kSame) continue;
       const double held = overlap_.territory.held_share(points);
@@ -147,7 +146,7 @@ class Pruner {
         held_of_back = held;
       }
     }
-    if (lowest_now <= crown_.hcb_m() + kSame || back == kGone) return;
+    if (lowest_now <= crown_.hcb_m() + kSame || back == kNone) return;
     kept_share_[back] = kHair * held_of_back;
     keep(back, cut_back(skeleton_.points_of(skeleton_.axes[back]), kHair * held_of_back));
   }
@@ -155,7 +154,7 @@ class Pruner {
   /// Leaves move with their axis; leaves of removed or cut parts are removed.
   void carry_leaves() {
     for (LeafSite leaf : skeleton_.leaves) {
-      if (new_axis_[leaf.axis] == kGone || !carry(leaf)) continue;
+      if (new_axis_[leaf.axis] == kNone || !carry(leaf)) continue;
       leaf.axis = new_axis_[leaf.axis];
       result_.skeleton.leaves.push_back(leaf);
     }
@@ -238,11 +237,11 @@ void keep_vertices(std::vector<Value>& values,
 }
 
 void drop_unused(MeshPart& part) {
-  std::vector<std::uint32_t> number(part.vertex_count(), kGone);
+  std::vector<std::uint32_t> number(part.vertex_count(), kNone);
   for (const std::uint32_t index : part.indices) number[index] = 0;
   std::vector<std::uint32_t> kept;
   for (std::uint32_t i = 0; i < number.size(); ++i) {
-    if (number[i] == kGone) continue;
+    if (number[i] == kNone) continue;
     number[i] = static_cast<std::uint32_t>(kept.size());
     kept.push_back(i);
   }
@@ -282,9 +281,9 @@ class FoliageTrimmer {
   };
 
   void collect() {
-    std::vector<std::uint32_t> slot(root_.size(), kGone);
+    std::vector<std::uint32_t> slot(root_.size(), kNone);
     const auto piece_of = [&](std::uint32_t root) -> Piece& {
-      if (slot[root] == kGone) {
+      if (slot[root] == kNone) {
         slot[root] = static_cast<std::uint32_t>(pieces_.size());
         pieces_.emplace_back(root, Piece{});
       }

@@ -104,14 +104,14 @@ function clipped(corners, values) {
   return kept.length < 3 ? [] : Array.from({ length: kept.length - 2 }, (_, index) => [kept[0], kept[index + 1], kept[index + 2]]);
 }
 
-function trianglesOf(rings) {
+/** The triangles between rings of equally many points: three indices each into the points of all rings. */
+export function ringTriangles(rings) {
+  const sides = rings[0].length;
   const triangles = [];
-  for (let ring = 0; ring + 1 < rings.length; ++ring) {
-    const sides = rings[ring].length;
+  for (let first = 0; first + sides < sides * rings.length; first += sides) {
     for (let side = 0; side < sides; ++side) {
-      const [a, b] = [rings[ring][side], rings[ring][(side + 1) % sides]];
-      const [c, d] = [rings[ring + 1][side], rings[ring + 1][(side + 1) % sides]];
-      triangles.push([a, c, b], [b, c, d]);
+      const [a, b] = [first + side, first + ((side + 1) % sides)];
+      triangles.push([a, a + sides, b], [b, a + sides, b + sides]);
     }
   }
   return triangles;
@@ -121,8 +121,10 @@ function trianglesOf(rings) {
 function surfaceWithin(own, other, sides, steps) {
   const inPage = ([x, y, z]) => [x + own.place.x, y + own.place.y, z + own.place.z];
   const valueAt = ([x, y, z]) => outsideness(other.crown, x - other.place.x, y - other.place.y, z - other.place.z);
-  return trianglesOf(surfaceRings(own.crown, sides, steps)).flatMap((triangle) => {
-    const corners = triangle.map(inPage);
+  const rings = surfaceRings(own.crown, sides, steps);
+  const points = rings.flat().map(inPage);
+  return ringTriangles(rings).flatMap((triangle) => {
+    const corners = triangle.map((index) => points[index]);
     return clipped(corners, corners.map(valueAt));
   });
 }

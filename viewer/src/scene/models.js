@@ -4,7 +4,7 @@ import { BufferAttribute, BufferGeometry, DynamicDrawUsage, InstancedBufferAttri
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
 import { MeshoptDecoder } from "three/examples/jsm/libs/meshopt_decoder.module.js";
 import { mergeGeometries } from "three/examples/jsm/utils/BufferGeometryUtils.js";
-import { surfaceRings } from "./crown.js";
+import { ringTriangles, surfaceRings } from "./crown.js";
 import { glbOf } from "./data.js";
 import { KIND, toUnit } from "./shape.js";
 
@@ -101,18 +101,9 @@ export function modelOf(levels, preset) {
 
 /** A surface of rings of points around the axis; see surfaceRings of crown.js. */
 function ringGeometry(rings, kind) {
-  const sides = rings[0].length;
   const positions = new Float32Array(rings.flat(2));
-  const indices = [];
-  for (let ring = 0; ring + 1 < rings.length; ++ring) {
-    for (let side = 0; side < sides; ++side) {
-      const next = (side + 1) % sides;
-      const [a, b, c, d] = [ring * sides + side, ring * sides + next, (ring + 1) * sides + side, (ring + 1) * sides + next];
-      indices.push(a, c, b, b, c, d);
-    }
-  }
   const geometry = new BufferGeometry();
-  geometry.setIndex(indices);
+  geometry.setIndex(ringTriangles(rings).flat());
   geometry.setAttribute("position", new BufferAttribute(positions, 3));
   geometry.computeVertexNormals();
   geometry.setAttribute("treeKind", new BufferAttribute(new Float32Array(positions.length / 3).fill(kind), 1));

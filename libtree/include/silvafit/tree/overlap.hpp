@@ -48,9 +48,9 @@ struct PairOverlap {
   double facing_radii_m = 0.0;  ///< lc, the sum of both
   Competition competition{};    ///< of the weaker against the stronger
   std::optional<CrownMeeting> meeting{};
-  std::size_t overlapping_weaker = 0;  ///< branches of the weaker in the stronger's crown
-  std::size_t overlapping_stronger = 0;
-  std::size_t removed_weaker = 0;  ///< of these, removed alternately in the proportion Ct
+  /// Branches of the weaker in the stronger's crown that are removed, alternately in the proportion
+  /// Ct with those of the stronger in the weaker's.
+  std::size_t removed_weaker = 0;
   std::size_t removed_stronger = 0;
   double log_share = 0.0;  ///< ln l: the meeting surface is where s_weaker = l s_stronger
 };
