@@ -86,22 +86,67 @@ TEST_CASE("columns are found under the usual names of several languages") {
         {header}, [](const std::string&) { return true; }, "trees.csv"));
   };
   const std::vector<std::pair<std::string, std::string>> known{
-      {"plot", "Probefläche"}, {"plot", "PLACETTE"},  {"plot", "Parcela"},
-      {"plot", "Koeala"},      {"plot", "样地"},      {"tree", "Baum-Nr."},
-      {"tree", "N° arbre"},    {"tree", "Puu nro"},   {"tree", "树号"},
-      {"species", "Baumart"},  {"species", "Espèce"}, {"species", "especie"},
-      {"species", "Puulaji"},  {"species", "树种"},   {"dbh", "BHD"},
-      {"dbh", "DAP (cm)"},     {"dbh", "Läpimitta"},  {"dbh", "胸径（cm）"},
-      {"h", "HÖHE"},           {"h", "Hoehe [m]"},    {"h", "Hauteur_totale"},
-      {"h", "altura"},         {"h", "Pituus"},       {"h", "树高"},
-      {"hcb", "Kronenansatz"}, {"hcb", "枝下高"},     {"cw", "冠幅"},
-      {"cw", "Kronenbreite"},  {"h", "Ho\xCC\x88he"}};  // the accent as a character of its own
+      {"plot", "Probefläche"},
+      {"plot", "PLACETTE"},
+      {"plot", "Parcela"},
+      {"plot", "Koeala"},
+      {"plot", "样地"},
+      {"tree", "Baum-Nr."},
+      {"tree", "N° arbre"},
+      {"tree", "Puu nro"},
+      {"tree", "树号"},
+      {"species", "Baumart"},
+      {"species", "Espèce"},
+      {"species", "especie"},
+      {"species", "Puulaji"},
+      {"species", "树种"},
+      {"dbh", "BHD"},
+      {"dbh", "DAP (cm)"},
+      {"dbh", "Läpimitta"},
+      {"dbh", "胸径（cm）"},
+      {"h", "HÖHE"},
+      {"h", "Hoehe [m]"},
+      {"h", "Hauteur_totale"},
+      {"h", "altura"},
+      {"h", "Pituus"},
+      {"h", "树高"},
+      {"hcb", "Kronenansatz"},
+      {"hcb", "枝下高"},
+      {"cw", "冠幅"},
+      {"plot", "Area di saggio"},
+      {"plot", "Proefvlak"},
+      {"plot", "Örnek alan"},
+      {"tree", "N. albero"},
+      {"tree", "Strom"},
+      {"tree", "Boomnr"},
+      {"species", "Dřevina"},
+      {"species", "NomeCient"},
+      {"dbh", "Výčetní tloušťka"},
+      {"dbh", "Göğüs çapı"},
+      {"h", "Výška"},
+      {"h", "Hoogte"},
+      {"cw", "Kronenbreite"},
+      {"h", "Ho\xCC\x88he"}};  // the accent as a character of its own
   for (const auto& [name, header] : known) {
     CHECK(names(header) == name + " is read from column " + header);
   }
   for (const char* header : {"Altitude", "BA", "h (°)", "Pflanzjahr", "hcb_note", ""}) {
     CHECK(names(header).empty());
   }
+}
+
+TEST_CASE("columns and words that say that trees are dead or gone are known") {
+  for (const char* const header : {"is_dead", "mortality", "snag"}) {
+    const std::string text =
+        std::string("plot,tree,dbh,") + header + "\n1,1,20,1\n1,2,21,0\n1,3,22,0\n";
+    CHECK(read_inventory_text(text).inventory.size() == 2);
+  }
+  CHECK(read_inventory_text("plot,tree,dbh,health\n1,1,20,healthy\n1,2,21,dead standing\n"
+                            "1,3,22,dead (fallen)\n")
+            .inventory.size() == 1);
+  CHECK(read_inventory_text("plot,tree,dbh,tree_status\n1,1,20,Living\n1,2,21,Missing\n"
+                            "1,3,22,Not found\n1,4,22,NA\n")
+            .inventory.size() == 2);
 }
 
 TEST_CASE("dead trees are skipped, used only as neighbors, or used like others") {

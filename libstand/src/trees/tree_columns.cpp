@@ -17,20 +17,24 @@ namespace {
 constexpr std::array<TreeColumn, 19> kColumns{{
     {.name = "plot",
      .meaning = "plot",
-     .usual = "plotid plotno plotnr plotnum plotnumber plotname plotcode sampleplot sampleplotid "
-              "probeflache probeflaeche probeflachennr probeflaechennr probeflachenid probekreis "
-              "probekreisnr stichprobe stichprobennr stichprobenr versuchsflache versuchsflaeche "
-              "placette placetteid idplacette numplacette noplacette nplacette numeroplacette "
-              "parcela parcelaid idparcela numparcela nparcela noparcela numeroparcela "
-              "koeala koealaid koealanro koealanumero provyta provytanr powierzchnia "
-              "样地 样地号 样地编号 样地名称 样方 样方号 样方编号 樣地 樣區 標準地 プロット",
-     .vague = "subplotid subplot parzelle parzellennr parcelle parcella 标准地 标准地号"},
+     .usual =
+         "plotid plotno plotnr plotnum plotnumber plotname plotcode sampleplot sampleplotid "
+         "probeflache probeflaeche probeflachennr probeflaechennr probeflachenid probekreis "
+         "probekreisnr stichprobe stichprobennr stichprobenr versuchsflache versuchsflaeche "
+         "placette placetteid idplacette numplacette noplacette nplacette numeroplacette "
+         "parcela parcelaid idparcela numparcela nparcela noparcela numeroparcela "
+         "koeala koealaid koealanro koealanumero provyta provytanr powierzchnia nrpowierzchni "
+         "areadisaggio numeroareadisaggio zkusnaplocha cislozkusneplochy proefvlak proefvlaknr "
+         "proefperk ornekalan ornekalanno "
+         "样地 样地号 样地编号 样地名称 样方 样方号 样方编号 樣地 樣區 標準地 プロット",
+     .vague = "subplotid subplot parzelle parzellennr parcelle parcella stanowisko plocha 标准地 "
+              "标准地号"},
     {.name = "tree",
      .meaning = "tree number",
      .usual = "treeid treeno treenr treenum treenumber treename treetag baum baumnr baumid baumno "
               "baumnummer arbre arbreid idarbre numarbre noarbre narbre numeroarbre "
               "arbol arbolid idarbol numarbol noarbol narbol numeroarbol arvore idarvore numarvore "
-              "albero "
+              "albero nalbero numeroalbero strom cislostromu boom boomnr boomnummer agac agacno "
               "puu puunro puuid puunumero tradnr tradid drzewo nrdrzewa "
               "树号 树编号 木号 单木号 样木号 立木号 林木编号 树木编号 株号 樹號 立木番号",
      .vague = "tag nr no num numero nummer id lfdnr lfnr laufendenummer stammnr 编号 序号"},
@@ -40,7 +44,8 @@ constexpr std::array<TreeColumn, 19> kColumns{{
               "scientificname "
               "latinname baumart baumartnr baumartcode baumartencode baumartenkurzel holzart "
               "essence essenceforestiere espece especearbre especie especies nombrecientifico "
-              "nombreespecie specie puulaji puulajit puulajikoodi tradslag gatunek "
+              "nombreespecie nomecient nomecientifico specie drevina boomsoort agacturu puulaji "
+              "puulajit puulajikoodi tradslag gatunek "
               "树种 树种名 树种名称 树种代码 树种编号 樹種",
      .vague = "sp art taxon pl 种名"},
     {.name = "x",
@@ -76,11 +81,13 @@ constexpr std::array<TreeColumn, 19> kColumns{{
          "bhd brusthohendurchmesser brusthoehendurchmesser dhp diametrehauteurpoitrine "
          "diametreahauteurdepoitrine dap diametronormal dnormal diametroalaalturadelpecho "
          "diametroaltezzapetto diametroalturadopeito lapimitta rinnankorkeuslapimitta "
-         "brosthojdsdiameter piersnica 胸径 胸徑 胸高直径",
+         "brosthojdsdiameter piersnica vycetnitloustka borsthoogtediameter goguscapi 胸径 胸徑 "
+         "胸高直径",
      .vague = "d dia diam diameter durchmesser diametre diametro dn 直径",
      .values = &Inventory::dbh_cm,
      .converted =
          "cbh gbh girth circumference circumferencebreastheight girthbreastheight circonference "
+         "pbh omtrek obwod obvod circonferenza "
          "circunferencia circunferencianormal umfang stammumfang brusthohenumfang cap c13 c130",
      .conversion = "/pi"},
     {.name = "h",
@@ -91,7 +98,8 @@ constexpr std::array<TreeColumn, 19> kColumns{{
               "gesamthohe "
               "gesamthoehe hauteur hauteurtotale htot htotal hauteurarbre altura alturatotal "
               "alturaarbol "
-              "altezza altezzatotale pituus puunpituus hojd tradhojd wysokosc 树高 樹高 全高",
+              "vyska vyskastromu hoogte boomhoogte boy agacboyu altezza altezzatotale pituus "
+              "puunpituus hojd tradhojd wysokosc 树高 樹高 全高",
      .vague = "th ht haut 高度",
      .values = &Inventory::h_m},
     {.name = "hcb",
@@ -149,7 +157,8 @@ constexpr std::array<TreeColumn, 19> kColumns{{
      .values = &Inventory::cr_n_m},
     {.name = "status",
      .meaning = "status (alive, dead, cut)",
-     .usual = "dfstatus vital vitalstatus condition treecondition treestatus treestate statuscd "
+     .usual = "dfstatus isdead isalive mortality snag health healthstatus stato stan stav vital "
+              "vitalstatus condition treecondition treestatus treestate statuscd "
               "livestatus lifestatus alivedead vitality "
               "alive living live dead deadalive aliveordead "
               "livedead zustand baumzustand baumstatus vitalitat lebend tot etat etatarbre statut "

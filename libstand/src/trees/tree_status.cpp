@@ -27,13 +27,15 @@ constexpr std::string_view kDeadWords =
     "stehendestotholz totholz durrstander mort morte mortsurpied muerto muerta muertoenpie "
     "seco morto morta kuollut kelo pystykuollut dod martwe 死 死亡 枯死 枯死木 枯立木 死木 立枯";
 constexpr std::string_view kGoneWords =
-    "cut cutdown felled harvested removed logged stump gefallt gefaellt entnommen geerntet "
+    "missing notfound lost disappeared verschwunden nichtgefunden cut cutdown felled harvested "
+    "removed logged stump gefallt gefaellt entnommen geerntet "
     "genutzt eingeschlagen ausgeschieden baumstumpf stumpf stubben stock coupe coupee abattu "
     "abattue exploite recolte souche mortausol cortado cortada talado talada cosechado tocon "
     "cortada hakattu kaadettu poistettu kanto avverkad stubbe 采伐 砍伐 伐倒 伐倒木 间伐 伐桩 树桩 "
     "伐根 已采伐";
 constexpr std::string_view kFallenWords =
-    "fallen down deaddown downdead lying windthrow windthrown umgefallen liegend liegendtot "
+    "fallen down deaddown downdead deadfallen fallendead lying windthrow windthrown umgefallen "
+    "liegend liegendtot "
     "windwurf chablis caido caida kaatunut maapuu 倒木 枯倒木";
 constexpr std::string_view kYes = "1 true t yes y ja j oui o si kylla 是";
 constexpr std::string_view kNo = "0 false f no n nein non ei 否";
@@ -76,8 +78,9 @@ StatusColumn::StatusColumn(std::string header,
       table_(known_status_table(header_, table)),
       codes_(std::move(codes)) {
   check_codes(codes_);
-  constexpr std::string_view kAliveHeaders = "alive living live lebend vivant vivo elossa 存活";
-  constexpr std::string_view kDeadHeaders = "dead tot mort muerto kuollut";
+  constexpr std::string_view kAliveHeaders =
+      "alive isalive living live lebend vivant vivo elossa 存活";
+  constexpr std::string_view kDeadHeaders = "dead isdead mortality snag tot mort muerto kuollut";
   const std::string name = folded_letters(header_);
   if (has_word(kAliveHeaders, name)) kind_ = Kind::kAlive;
   if (has_word(kDeadHeaders, name)) kind_ = Kind::kDead;
@@ -85,7 +88,9 @@ StatusColumn::StatusColumn(std::string header,
 
 std::optional<TreeStatus> StatusColumn::meaning_of(std::string_view value) const {
   const std::string word = folded_letters(value);
-  if (word.empty() || data::is_missing_number(value)) return TreeStatus::kAlive;
+  // A tree that is "missing" was not found.
+  const bool is_gone = has_word(kGoneWords, word);
+  if (word.empty() || (data::is_missing_number(value) && !is_gone)) return TreeStatus::kAlive;
   if (table_ != nullptr) {
     if (const auto known = known_status(*table_, value)) return known;
   }
@@ -97,7 +102,7 @@ std::optional<TreeStatus> StatusColumn::meaning_of(std::string_view value) const
   }
   if (has_word(kAliveWords, word)) return TreeStatus::kAlive;
   if (has_word(kDeadWords, word)) return TreeStatus::kDead;
-  if (has_word(kGoneWords, word)) return TreeStatus::kGone;
+  if (is_gone) return TreeStatus::kGone;
   if (has_word(kFallenWords, word)) return TreeStatus::kFallen;
   return std::nullopt;
 }
@@ -114,7 +119,6 @@ std::optional<TreeStatus> StatusColumn::given_meaning(std::string_view value) {
 }
 
 TreeStatus StatusColumn::read(std::string_view value) {
-  if (!value.empty() && data::is_missing_number(value)) ++missing_;
   auto known = known_.find(value);
   if (known == known_.end()) {
     const std::optional<TreeStatus> given = given_meaning(value);
@@ -124,6 +128,8 @@ TreeStatus StatusColumn::read(std::string_view value) {
     ++unknown_[known->first];
     return TreeStatus::kAlive;
   }
+  const bool is_alive = *known->second == TreeStatus::kAlive;
+  if (is_alive && !value.empty() && data::is_missing_number(value)) ++missing_;
   if (*known->second == TreeStatus::kDead) ++dead_;
   if (*known->second == TreeStatus::kGone || *known->second == TreeStatus::kFallen) ++gone_;
   if (*known->second == TreeStatus::kNotInSample) ++not_in_sample_;
