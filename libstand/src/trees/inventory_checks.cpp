@@ -181,6 +181,34 @@ void check_positions(const Inventory& inventory, const ColumnPlan& plan) {
   }
 }
 
+/// Azimuths in radians are below 2 pi: as degrees, all trees would stand in one narrow sector.
+/// Known for positions around the origin, which the source `distance*sin(azimuth*pi/180)` makes.
+void check_azimuths(const Inventory& inventory, const ColumnPlan& plan) {
+  const std::string_view source = plan.measures[kX].text;
+  constexpr std::string_view kSine = "*sin(";
+  constexpr std::string_view kEnd = "*pi/180)";
+  const std::size_t sine = source.find(kSine);
+  const bool is_polar = source.ends_with(kEnd) && sine != std::string_view::npos &&
+                        source.find(" + ") == std::string_view::npos;
+  if (!is_polar || inventory.size() < kEnoughTrees) return;
+  constexpr double kDegree = std::numbers::pi / 180.0;
+  bool has_other_than_north = false;
+  for (std::size_t tree = 0; tree < inventory.size(); ++tree) {
+    const double bearing = std::atan2(inventory.x[tree], inventory.y[tree]) / kDegree;
+    if (bearing < 0.0 || bearing > 2.0 * std::numbers::pi) return;
+    has_other_than_north = has_other_than_north || bearing > 0.0;
+  }
+  if (!has_other_than_north) return;
+  const std::size_t begin = sine + kSine.size();
+  const std::string_view azimuth = source.substr(begin, source.size() - kEnd.size() - begin);
+  throw InputError(
+      fmt::format("all azimuths are between 0 and 2 pi, so that all trees stand within "
+                  "7 degrees of north; if they are in radians, use "
+                  "`columns=azimuth={}*180/pi`; if not, use `trust_units=true`",
+                  azimuth),
+      {.file = inventory.file, .column = std::string(azimuth)});
+}
+
 }  // namespace
 
 double crown_width_m(const Measures& row) {
@@ -202,6 +230,7 @@ void check_units(const Inventory& inventory,
                  std::size_t crown_base_above_top) {
   check_sizes(inventory, plan);
   check_crown_base(inventory, plan, crown_base_above_top);
+  check_azimuths(inventory, plan);
   check_positions(inventory, plan);
 }
 

@@ -4,6 +4,8 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <numbers>
+#include <string>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/stand/sampling_design.hpp"
@@ -78,6 +80,22 @@ TEST_CASE("positions are made of azimuth and distance") {
                     Contains(":3") && Contains("azimuth=azimuth*0.9"));
   CHECK_THROWS_WITH(read_inventory_text("dbh,richtung\n20,90\n", with_columns("azimuth=richtung")),
                     Contains("name the distance with `columns=distance=COLUMN`"));
+}
+
+TEST_CASE("azimuths in radians are asked about") {
+  const auto around = [](double turn, int digits) {
+    std::string text = "plot,tree,dbh,azimuth,distance\n";
+    for (int tree = 0; tree < 12; ++tree) {
+      text += fmt::format("1,{},20,{:.{}f},5\n", tree, turn * tree / 12.0, digits);
+    }
+    return text;
+  };
+  const std::string radians = around(2.0 * std::numbers::pi, 3);
+  CHECK_THROWS_WITH(read_inventory_text(radians), Contains("`columns=azimuth=azimuth*180/pi`"));
+  CHECK_NOTHROW(read_inventory_text(radians, {.trust_units = true}));
+  CHECK_NOTHROW(
+      read_inventory_text(radians, {.columns = parse_column_mappings("azimuth=azimuth*180/pi")}));
+  CHECK_NOTHROW(read_inventory_text(around(360.0, 1)));
 }
 
 TEST_CASE("columns are found under the usual names of several languages") {
