@@ -190,7 +190,7 @@ class Pages(ViewTest):
             for value in ("1e300", "-1e300"):
                 row = dict(zip(columns, TREES.splitlines()[1].split(",")), **{name: value})
                 self.write("extreme.csv", TREES.replace(TREES.splitlines()[1], ",".join(row.values())))
-                self.assertIn(f"extreme.csv:2: {name}: ", self.view("extreme.csv").stderr)
+                self.assertIn(f"extreme.csv:2: {name}: ", self.view("extreme.csv", "--trust-units").stderr)
                 self.assertEqual(self.data("extreme.html")["trees"]["h"], [13.0, 14.0])
 
 
