@@ -15,8 +15,9 @@
 namespace silvafit::data {
 namespace {
 
-/// Whether a number is written with nines only, such as 999 and 99.9.
+/// Whether a number is written with nines only, such as 999 and 99.9. 9 and 9.9 may be sizes.
 bool is_all_nines(double value) {
+  if (std::abs(value) < 99.0) return false;
   std::string text = shortest(std::abs(value));
   std::erase(text, '.');
   return text.find_first_not_of('9') == std::string::npos;
@@ -63,6 +64,18 @@ std::optional<double> possible_code(std::span<const double> all, bool zero) {
   if (is_only_negative && (is_missing_code(least) || is_likely_missing_code(least))) return least;
   return isolated_end(values,
                       [zero](double value) { return value == 0.0 ? zero : is_all_nines(value); });
+}
+
+void refuse_possible_code(std::span<const double> values, Place place) {
+  const std::optional<double> code = possible_code(values);
+  if (!code) return;
+  const std::string text = shortest(*code);
+  throw InputError(fmt::format("the value {} in {} rows may be a code of missing values: if it is, "
+                               "use `missing={}`; if it is a measurement, use `trust_units=true`",
+                               text,
+                               std::ranges::count(values, *code),
+                               text),
+                   std::move(place));
 }
 
 void take_missing_codes(Table& table, MissingCodes& found) {

@@ -22,6 +22,7 @@ TEST_CASE("values that may be codes are found") {
   CHECK_FALSE(possible_code(with({99.9, 99.9})));
   CHECK_FALSE(possible_code(with({98.0, 98.0, 98.0})));
   CHECK_FALSE(possible_code(with({29.9, 29.9, 29.9})));
+  CHECK_FALSE(possible_code(with({-9.9, -9.9, -9.9})));
   CHECK_FALSE(possible_code(with({-10.0, -10.0, -10.0})));
   CHECK(possible_code(with({0.0, 0.0, 0.0}), true) == 0.0);
   CHECK_FALSE(possible_code(with({0.0, 0.0, 0.0})));

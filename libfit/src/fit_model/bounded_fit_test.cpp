@@ -190,6 +190,41 @@ TEST_CASE("a fit whose maximum is at infinity has not converged with a bound on 
   CHECK(closed.estimate[0] == 1000.0);
 }
 
+TEST_CASE("a bounded fit is not below a model that its curve approaches within the bounds") {
+  // V x/(K + x) with large K is the line b x with b = V/K, also with effects of groups.
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    silvafit::Random random(seed);
+    data::TextColumn group;
+    std::vector<double> x;
+    std::vector<double> y;
+    for (int g = 0; g < 8; ++g) {
+      const double slope = 2.0 + 0.3 * random.normal();
+      for (int i = 0; i < 8; ++i) {
+        group.append(std::to_string(g));
+        x.push_back(random.uniform(0.5, 5.0));
+        y.push_back(slope * x.back() + 0.3 * random.normal());
+      }
+    }
+    data::Table table;
+    table.set("g", group);
+    table.set("x", x);
+    table.set("y", y);
+    const auto fitted = [&table](const char* formula,
+                                 const char* effects,
+                                 const std::map<std::string, Bounds>& bounds) {
+      ModelSpecification model = specify_model(formula, {}, table);
+      add_random_effects(model, effects, table);
+      return fit_model(model, table, {.method = Method::kInteraction, .bounds = bounds}).fit;
+    };
+    const FittedModel line = fitted("y ~ b*x", "b | g", {});
+    const FittedModel curve =
+        fitted("y ~ V*x/(K + x)", "V + K | g", {{"K", {0.0, silvafit::kInfinity}}});
+    REQUIRE(line.convergence.converged());
+    INFO(seed << " " << curve.log_likelihood << " " << line.log_likelihood);
+    CHECK((!curve.convergence.converged() || curve.log_likelihood > line.log_likelihood - 1e-3));
+  }
+}
+
 TEST_CASE("generalized least squares are at the bound if the likelihood decreases inwards") {
   const data::Table table = trees();
   ModelSpecification model = specify_model(kChapmanRichards, {}, table);

@@ -236,7 +236,7 @@ void BoundedSearch::halve(const Candidate& end, const std::string& name) {
 /// another maximum, or the curve has a limit. The fit without bounds, which is outside, does not
 /// show it.
 void BoundedSearch::search_outwards() {
-  constexpr double kFar = 1e3;
+  constexpr double kFar = 1e3;  // as mark_limit() looks
   if (!best_ || !first_) return;
   for (const auto& [name, range] : bounds_) {
     const double size = std::max(std::abs(estimate_of(best_->result.fit, name)),

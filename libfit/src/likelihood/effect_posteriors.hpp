@@ -14,9 +14,9 @@ namespace silvafit::fit {
 /// The distribution of the random effects of groups before their observations are used, and its
 /// dependence on the coefficients where it comes from a fit.
 struct EffectPriors {
-  /// Those that differ: lower block triangular roots R of the covariance of the effects of all
-  /// terms that act on a group, which are mean + R z with independent standard normal z. Groups of
-  /// a cluster have the same blocks of the terms before the last.
+  /// Those that differ: block diagonal roots R of the covariance of the effects of all terms that
+  /// act on a group, which are mean + R z with independent standard normal z. Groups of several
+  /// terms have the same one.
   std::vector<MatrixXd> roots{};
   std::vector<Index> roots_of{};  ///< (G)
   std::vector<MatrixXd> means{};  ///< (q x groups) of each term

@@ -90,7 +90,10 @@ void check_sizes(const Inventory& inventory, const ColumnPlan& plan) {
                        .source = convertible(source),
                        .values = values_of(inventory, measure)});
   }
-  check_units_of_trees(inventory.plot, inventory.species, columns, inventory.file);
+  check_units_of_trees(
+      inventory.plot, inventory.species, columns, inventory.file, [&inventory](std::size_t row) {
+        return inventory.place(row);
+      });
 }
 
 void check_crown_base(const Inventory& inventory,

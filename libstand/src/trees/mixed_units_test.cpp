@@ -184,7 +184,8 @@ std::string species_in_units(double dbh_factor, double h_factor, double dbh_cm, 
                          species,
                          {{.name = "dbh", .source = "dbh", .values = dbh},
                           {.name = "h", .source = "h", .values = h}},
-                         "t.csv");
+                         "t.csv",
+                         [](std::size_t /*row*/) { return silvafit::Place{}; });
   } catch (const silvafit::InputError& error) {
     return error.what();
   }
@@ -222,7 +223,8 @@ TEST_CASE("dbh and h that are exchanged are refused, and stands of any age are n
                            {},
                            {{.name = "dbh", .source = "D", .values = dbh},
                             {.name = "h", .source = "H", .values = h}},
-                           "t.csv");
+                           "t.csv",
+                           [](std::size_t /*row*/) { return silvafit::Place{}; });
     } catch (const silvafit::InputError& error) {
       return error.what();
     }

@@ -9,7 +9,6 @@
 #include <array>
 #include <cmath>
 #include <iterator>
-#include <optional>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/median.hpp"
@@ -355,35 +354,18 @@ std::string species_in_other_units(const data::TextColumn& species,
 
 namespace {
 
-/// Refuses values that may be codes of missing values, which would be the largest trees.
-void check_codes(const std::vector<SizeColumn>& columns, const std::string& file) {
-  for (const SizeColumn& column : columns) {
-    const std::optional<double> code = data::possible_code(column.values);
-    if (!code) continue;
-    const std::string text = data::shortest(*code);
-    throw InputError(
-        fmt::format("the value {} in {} rows is far from all others: if it is a code of missing "
-                    "values, use `missing={}`; if it is a size, use `trust_units=true`",
-                    text,
-                    std::ranges::count(column.values, *code),
-                    text),
-        {.file = file, .column = std::string(column.name)});
-  }
-}
-
-/// Refuses sizes that no tree has.
-void check_largest(const data::TextColumn& plot,
-                   const std::vector<SizeColumn>& columns,
-                   const std::string& file) {
+/// Refuses sizes that no tree has; infinite ones have errors of their own.
+void check_largest(const std::vector<SizeColumn>& columns, const PlaceOfRow& place_of) {
   for (const SizeColumn& column : columns) {
     const TreeColumn* const known = tree_column(column.name);
     if (known == nullptr || known->range.largest == 0.0) continue;
-    const auto is_too_large = [known](double value) { return value > known->range.largest; };
+    const auto is_too_large = [known](double value) {
+      return value > known->range.largest && std::isfinite(value);
+    };
     const auto first = std::ranges::find_if(column.values, is_too_large);
     if (first == column.values.end()) continue;
-    const auto row = static_cast<std::size_t>(first - column.values.begin());
-    Place place{.file = file, .column = std::string(column.name)};
-    if (plot.size() > 0) place.plot = plot[row];
+    Place place = place_of(static_cast<std::size_t>(first - column.values.begin()));
+    place.column = column.name;
     throw InputError(
         fmt::format("{} {} is more than any tree has ({} {}), in {} of {} rows; correct or convert "
                     "the values; if they are right, use `trust_units=true`",
@@ -402,21 +384,25 @@ void check_largest(const data::TextColumn& plot,
 void check_units_of_trees(const data::TextColumn& plot,
                           const data::TextColumn& species,
                           const std::vector<SizeColumn>& columns,
-                          const std::string& file) {
-  check_codes(columns, file);
+                          const std::string& file,
+                          const PlaceOfRow& place_of) {
+  // First, because a code would be the largest tree.
+  for (const SizeColumn& column : columns) {
+    data::refuse_possible_code(column.values, {.file = file, .column = std::string(column.name)});
+  }
   const Judge judge(columns, file);
   TreeSizes trees{.plot = plot, .species = species.size() > 0 ? &species : nullptr};
   if (plot.size() > 0) {
     trees.dbh_cm = judge.values("dbh");
     trees.h_m = judge.values("h");
   }
-  // First, because messages about whole columns would be wrong for a part of the plots.
+  // Before others, because messages about whole columns would be wrong for a part of the plots.
   const std::string mixed = describe_mixed_units(find_mixed_units(trees));
   if (!mixed.empty()) throw InputError(mixed, {.file = file, .column = "dbh, h"});
   const std::string odd = species_in_other_units(species, columns, file);
   if (!odd.empty()) throw InputError(odd, {.file = file, .column = "species"});
   judge.check();
-  check_largest(plot, columns, file);
+  check_largest(columns, place_of);
   judge.check_exchange();
 }
 

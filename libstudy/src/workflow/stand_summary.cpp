@@ -134,15 +134,8 @@ void add_totals(const StandOptions& options, stand::Inventory& inventory) {
                        {.file = inventory.file, .column = "`totals`"});
     }
     const auto values = source.numbers(column);
-    const auto code = data::possible_code(values);
-    if (code && !options.reading.trust_units) {
-      throw InputError(
-          fmt::format(
-              "the value {0} in {1} rows is far from all others: if it is a code of missing "
-              "values, use `missing={0}`; if it is a value, use `trust_units=true`",
-              data::shortest(*code),
-              std::ranges::count(values, *code)),
-          {.file = inventory.file, .column = column});
+    if (!options.reading.trust_units) {
+      data::refuse_possible_code(values, {.file = inventory.file, .column = column});
     }
     inventory.quantities.push_back({.name = column, .values = {values.begin(), values.end()}});
   }
@@ -269,7 +262,7 @@ void note_other_species(const stand::Inventory& trees,
     if (std::ranges::find(curve.species, latin) == curve.species.end()) others.push_back(species);
   }
   if (others.empty()) return;
-  notes.push_back(fmt::format("the curve is for {}; the trees are also, or instead, of {}",
+  notes.push_back(fmt::format("the curve was made for {}, but there are trees of {}",
                               fmt::join(curve.species, " and "),
                               data::list_of(others)));
 }

@@ -11,6 +11,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/data/checked_columns.hpp"
 #include "silvafit/data/column_reference.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/program.hpp"
@@ -346,7 +347,10 @@ void check_table_units(const data::Table& table, const Mappings& mapped, bool is
   const auto labels = [&table](const char* name) {
     return table.has(name) ? table.labels(name) : data::TextColumn();
   };
-  stand::check_units_of_trees(labels("plot"), labels("species"), sizes, table.file());
+  stand::check_units_of_trees(
+      labels("plot"), labels("species"), sizes, table.file(), [&table](std::size_t row) {
+        return data::place_of(table, row, {});
+      });
 }
 
 }  // namespace

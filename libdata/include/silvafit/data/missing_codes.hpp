@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "silvafit/base/error.hpp"
 #include "silvafit/data/table.hpp"
 
 namespace silvafit::data {
@@ -19,10 +20,14 @@ bool is_missing_code(double value);
 bool is_likely_missing_code(double value);
 
 /// A value that may be a code: a likely one that is the only negative value, or one at the end of a
-/// column that is written with nines only, such as 999 or 99.9, repeated, and far from all others.
+/// column that is 99 or more, written with nines only, such as 999 or 99.9, repeated, and far from
+/// all others.
 /// \param values  NaN where missing
 /// \param zero    whether a repeated 0 far from all others may be a code, too
 std::optional<double> possible_code(std::span<const double> values, bool zero = false);
+
+/// \throws InputError at the place if there is a possible_code(), with the settings that answer
+void refuse_possible_code(std::span<const double> values, Place place);
 
 /// Counts by column, in the order of the first calls.
 class MissingCodes {

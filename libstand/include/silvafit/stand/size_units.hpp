@@ -2,11 +2,13 @@
 // Whether sizes of trees, in whole columns or in some plots, are in another unit than cm and m.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "silvafit/base/error.hpp"
 #include "silvafit/data/table.hpp"
 
 namespace silvafit::stand {
@@ -42,6 +44,8 @@ std::vector<MixedUnits> find_mixed_units(const TreeSizes& trees);
 /// A message with the plots and the remedy; empty if there are no such plots.
 std::string describe_mixed_units(const std::vector<MixedUnits>& mixed);
 
+using PlaceOfRow = std::function<Place(std::size_t row)>;
+
 /// A column of sizes of trees.
 struct SizeColumn {
   std::string_view name{};           ///< dbh, h, hcb, cw, cr_e, cr_w, cr_s or cr_n
@@ -59,10 +63,12 @@ struct SizeColumn {
 /// no tree has.
 ///
 /// \param plot, species  (N); empty: unknown
+/// \param place_of       of a row
 /// \throws InputError with the conversions that make plausible trees
 void check_units_of_trees(const data::TextColumn& plot,
                           const data::TextColumn& species,
                           const std::vector<SizeColumn>& columns,
-                          const std::string& file);
+                          const std::string& file,
+                          const PlaceOfRow& place_of);
 
 }  // namespace silvafit::stand
