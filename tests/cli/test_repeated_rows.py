@@ -93,17 +93,19 @@ class RepeatedRows(ProgramTest):
         later = [",".join([*row.split(",")[:5], f"{float(row.split(',')[5]) + 4:.1f}", *row.split(",")[6:], "2020"])
                  for row in self.rows]
         header = HEADER + ",year"
-        self.put("early.csv", early, header)
+        self.put("later.csv", later, header)
         self.put("both.csv", [*early, *later, later[3]], header)
         done = self.run_program("fit", "both.csv", "--model", "M4", "--json")
         self.assertEqual(json.loads(done.stdout)["n"], 96)
         self.assertNotIn("each is an observation", done.stderr)
         self.assertIn("1 row is a copy of an earlier row", done.stderr)
-        self.assertEqual(self.run_program("indices", "early.csv").stdout, self.run_program("indices", "both.csv").stdout)
+        self.assertEqual(self.run_program("indices", "later.csv").stdout, self.run_program("indices", "both.csv").stdout)
         trees, notes = self.grown("both.csv")
         self.assertEqual(len(trees), 48)
-        self.assertIn("note: 49 rows repeat trees and are skipped, the first: both.csv:50: the same tree is on line 2, "
-                      "measured at another time (plot 01, tree 1)", notes)
+        self.assertIn("note: 3 plots were measured several times: the last visit is used (plot 01: 2020), 48 rows of "
+                      "earlier ones are skipped; --where chooses another time", notes)
+        self.assertIn("note: 1 row repeats a tree and is skipped, the first: both.csv:98: the same tree is on line 53 "
+                      "(plot 01, tree 4)", notes)
 
     def test_labels_are_compared_as_text(self):
         self.put("labels.csv", [*self.rows, *(row.replace("01,", "1,", 1) for row in self.rows[:16])])

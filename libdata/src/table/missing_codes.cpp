@@ -15,14 +15,6 @@
 namespace silvafit::data {
 namespace {
 
-/// Whether a number is written with nines only, such as 999 and 99.9. 9 and 9.9 may be sizes.
-bool is_all_nines(double value) {
-  if (std::abs(value) < 99.0) return false;
-  std::string text = shortest(std::abs(value));
-  std::erase(text, '.');
-  return text.find_first_not_of('9') == std::string::npos;
-}
-
 /// The value at an end of a column that is repeated, and far from all others.
 /// \param values  ascending
 template <class Condition>
@@ -47,6 +39,13 @@ std::optional<double> isolated_end(const std::vector<double>& values, Condition 
 
 }  // namespace
 
+bool is_all_nines(double value) {
+  if (!(std::abs(value) >= 9.0)) return false;
+  std::string text = shortest(std::abs(value));
+  std::erase(text, '.');
+  return text.find_first_not_of('9') == std::string::npos;
+}
+
 bool is_missing_code(double value) { return value == -9999.0 || value == -99999.0; }
 
 bool is_likely_missing_code(double value) {
@@ -62,8 +61,10 @@ std::optional<double> possible_code(std::span<const double> all, bool zero) {
   const auto next = std::ranges::upper_bound(values, least);
   const bool is_only_negative = next == values.end() || *next >= 0.0;
   if (is_only_negative && (is_missing_code(least) || is_likely_missing_code(least))) return least;
-  return isolated_end(values,
-                      [zero](double value) { return value == 0.0 ? zero : is_all_nines(value); });
+  // 9 and 9.9 may be sizes.
+  return isolated_end(values, [zero](double value) {
+    return value == 0.0 ? zero : std::abs(value) >= 99.0 && is_all_nines(value);
+  });
 }
 
 void refuse_possible_code(std::span<const double> values, Place place) {

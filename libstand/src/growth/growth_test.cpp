@@ -116,10 +116,10 @@ TEST_CASE("A tree with another species later counts for the first one and is nam
   CHECK_FALSE(tells(report.notes, "tree 1 ("));
 }
 
-TEST_CASE("Without keeping measurements an inventory has the first of each tree") {
-  const CheckedInventory first = read_inventory(csv_of(kFates), {});
-  CHECK(first.inventory.size() == 5);
-  CHECK(first.inventory.time.size() == 0);
+TEST_CASE("Without keeping measurements an inventory has the trees of the last visit") {
+  const CheckedInventory last = read_inventory(csv_of(kFates), {});
+  CHECK(last.inventory.dbh_cm == std::vector<double>{22.5, 7});
+  CHECK(last.inventory.time.size() == 0);
 }
 
 TEST_CASE("A measurement that is missing between two others is interpolated") {

@@ -15,6 +15,7 @@
 #include "silvafit/data/expression.hpp"
 #include "silvafit/data/text_formula.hpp"
 #include "silvafit/stand/inventory.hpp"
+#include "trees/folded_text.hpp"
 #include "trees/known_tables.hpp"
 #include "trees/usual_names.hpp"
 
@@ -385,6 +386,17 @@ std::optional<std::string> usual_time_column(const std::vector<std::string>& hea
     if (const ColumnMapping* const time = mapping_to(name, known)) return time->source;
   }
   return std::nullopt;
+}
+
+std::optional<std::string> usual_stem_column(const std::vector<std::string>& header) {
+  constexpr std::string_view kNames =
+      "stem stemid stemno stemnr stemnum stemnumber stemtag fuste trunk trunkid trunkno tallo tige "
+      "bole stamm stammnr pien shoot";
+  const auto stem = std::ranges::find_if(header, [&](const std::string& name) {
+    const std::string letters = folded_letters(name);
+    return !letters.empty() && has_word(kNames, letters);
+  });
+  return stem == header.end() ? std::nullopt : std::optional(*stem);
 }
 
 std::optional<std::string> status_column(const std::vector<std::string>& header,

@@ -11,6 +11,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/median.hpp"
+#include "silvafit/data/missing_codes.hpp"
 #include "silvafit/stand/size_units.hpp"
 
 namespace silvafit::stand {
@@ -121,7 +122,19 @@ struct PlotSummary {
   double basal_area_m2 = 0.0;
 
   double area_ha() const { return (high_x - low_x) * (high_y - low_y) / 1e4; }
+  void add(double x, double y) {
+    low_x = std::min(low_x, x);
+    low_y = std::min(low_y, y);
+    high_x = std::max(high_x, x);
+    high_y = std::max(high_y, y);
+    ++trees;
+  }
 };
+
+bool may_be_position_code(double x, double y) {
+  const auto may_be = [](double value) { return value == 0.0 || data::is_all_nines(value); };
+  return may_be(x) && may_be(y);
+}
 
 std::vector<PlotSummary> summarize_plots(const Inventory& inventory) {
   std::vector<PlotSummary> plots(inventory.plot.levels().size());
@@ -130,16 +143,52 @@ std::vector<PlotSummary> summarize_plots(const Inventory& inventory) {
     const double y = inventory.y[i];
     if (std::isnan(x) || std::isnan(y)) continue;
     PlotSummary& plot = plots[inventory.plot.code(i)];
-    plot.low_x = std::min(plot.low_x, x);
-    plot.low_y = std::min(plot.low_y, y);
-    plot.high_x = std::max(plot.high_x, x);
-    plot.high_y = std::max(plot.high_y, y);
-    ++plot.trees;
+    plot.add(x, y);
     if (std::isnan(inventory.dbh_cm[i])) continue;
     const double radius_m = inventory.dbh_cm[i] / 200.0;
     plot.basal_area_m2 += std::numbers::pi * radius_m * radius_m;
   }
   return plots;
+}
+
+/// A position of zeros or nines, such as (0, 0) beside UTM coordinates, is a code if its distance
+/// from all other trees of the plot is more than these are apart.
+void check_position_codes(const Inventory& inventory, const ColumnPlan& plan) {
+  if (!inventory.has_coordinates()) return;
+  std::vector<PlotSummary> others(inventory.plot.levels().size());
+  std::vector<std::size_t> suspects;
+  for (std::size_t i = 0; i < inventory.size(); ++i) {
+    const double x = inventory.x[i];
+    const double y = inventory.y[i];
+    if (std::isnan(x) || std::isnan(y)) continue;
+    if (may_be_position_code(x, y)) {
+      suspects.push_back(i);
+    } else {
+      others[inventory.plot.code(i)].add(x, y);
+    }
+  }
+  for (const std::size_t tree : suspects) {
+    const PlotSummary& plot = others[inventory.plot.code(tree)];
+    if (plot.trees < kEnoughTrees) continue;
+    const double x = inventory.x[tree];
+    const double y = inventory.y[tree];
+    const double distance_m = std::hypot(x - std::clamp(x, plot.low_x, plot.high_x),
+                                         y - std::clamp(y, plot.low_y, plot.high_y));
+    const double size_m = std::hypot(plot.high_x - plot.low_x, plot.high_y - plot.low_y);
+    if (distance_m <= size_m) continue;
+    Place place = inventory.place(tree);
+    place.column = fmt::format("{}, {}", plan.measures[kX].text, plan.measures[kY].text);
+    throw InputError(
+        fmt::format(
+            "the position ({}, {}) is {:.3g} m from the other trees of the plot, which are "
+            "at most {:.3g} m apart, and may be a code of a missing one: leave it empty; if "
+            "it was measured, use `trust_units=true`",
+            x,
+            y,
+            distance_m,
+            size_m),
+        place);
+  }
 }
 
 /// Positions in another unit are detected by the basal area in the bounding rectangles. The densest
@@ -234,6 +283,7 @@ void check_units(const Inventory& inventory,
   check_sizes(inventory, plan);
   check_crown_base(inventory, plan, crown_base_above_top);
   check_azimuths(inventory, plan);
+  check_position_codes(inventory, plan);
   check_positions(inventory, plan);
 }
 

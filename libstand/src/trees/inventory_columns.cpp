@@ -39,6 +39,8 @@ class Planner {
   Source mapped(const ColumnMapping& mapping) const;
   void add_expansion(ColumnPlan& plan) const;
   std::optional<std::size_t> time_field() const;
+  std::vector<std::size_t> location_of_visits(const ColumnPlan& plan,
+                                              const std::vector<ColumnMapping>& known) const;
   std::optional<std::size_t> stand_field(const ColumnPlan& plan) const;
   void require(const ColumnPlan& plan, Measure measure) const;
   void require_needed(const ColumnPlan& plan) const;
@@ -227,6 +229,21 @@ void Planner::collect_others(ColumnPlan& plan) const {
   }
 }
 
+/// Empty if the plots are not the visits of a known table.
+std::vector<std::size_t> Planner::location_of_visits(
+    const ColumnPlan& plan, const std::vector<ColumnMapping>& known) const {
+  std::vector<std::size_t> fields;
+  const ColumnMapping* const visit = mapping_to("plot", known);
+  const std::vector<ColumnMapping> by_location = known_columns(header_, true);
+  const ColumnMapping* const location = mapping_to("plot", by_location);
+  if (visit == nullptr || location == nullptr || visit->source == location->source) return fields;
+  if (plan.labels[kPlot].text != visit->source) return fields;
+  for (const std::string& column : joined_columns(location->source, header_)) {
+    fields.push_back(*field_named(column));
+  }
+  return fields;
+}
+
 ColumnPlan Planner::plan() {
   ColumnPlan plan;
   const auto is_looked_for = [this](const std::string& name) {
@@ -250,6 +267,7 @@ ColumnPlan Planner::plan() {
     plan.measures[i] = source_of(std::string(known_measure(i).name));
   }
   plan.time_field = time_field();
+  if (const auto stem = usual_stem_column(header_)) plan.stem_field = field_named(*stem);
   plan.stand_field = stand_field(plan);
   const auto status =
       status_column(header_, options_.columns, options_.status_codes, options_.dead, file_);
@@ -264,6 +282,7 @@ ColumnPlan Planner::plan() {
   const ColumnMapping* const place = mapping_to("x", known);
   plan.is_placed_by_subplots = place != nullptr && plan.measures[kX].text == place->source &&
                                place->source.find("ifelse") != std::string::npos;
+  plan.location = location_of_visits(plan, known);
   plan.usual = std::move(usual_);
   return plan;
 }

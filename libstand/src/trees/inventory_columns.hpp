@@ -72,8 +72,11 @@ struct ColumnPlan {
   std::array<Source, kLabelCount> labels{};
   std::array<Source, kMeasureCount> measures{};
   std::optional<std::size_t> time_field{};  ///< of the time of measurement
+  std::optional<std::size_t> stem_field{};  ///< of the number of the stem within its tree
   /// Of a column of stands; plot numbers may repeat between stands.
   std::optional<std::size_t> stand_field{};
+  /// Fields that name the place of a plot, in a known table whose plots are visits.
+  std::vector<std::size_t> location{};
   std::optional<std::size_t> status_field{};         ///< alive, dead, cut
   std::vector<std::size_t> filled_down{};            ///< fields of --fill-down
   std::vector<ExpressionField> expression_fields{};  ///< of all measures' expressions

@@ -114,7 +114,8 @@ void InventoryReader::require_direction(const ExpressionField& source, double va
   if (source.full_circle == 0.0 || std::isnan(value)) return;
   if (value >= 0.0 && value <= source.full_circle) return;
   throw InputError(fmt::format("the azimuth {0} is not from 0 to {1}; if the column is in gon, use "
-                               "`columns=azimuth={2}*0.9`; leave unknown directions empty",
+                               "`columns=azimuth={2}*0.9`; leave unknown directions empty, or name "
+                               "their code with `missing`",
                                value,
                                source.full_circle,
                                data::Expression::variable(source.name).text()),
@@ -153,6 +154,11 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
   }
   if (plan_.time_field) row.time = data::trimmed(fields[*plan_.time_field]);
   if (plan_.stand_field) row.stand = data::trimmed(fields[*plan_.stand_field]);
+  if (plan_.stem_field) row.stem = data::trimmed(fields[*plan_.stem_field]);
+  row.location.clear();
+  for (const std::size_t field : plan_.location) {
+    row.location += fmt::format("{}{}", row.location.empty() ? "" : "-", fields[field]);
+  }
   if (plan_.status_field) row.status = data::trimmed(fields[*plan_.status_field]);
   for (std::size_t i = 0; i < kMeasureCount; ++i) {
     const Source& source = plan_.measures[i];
@@ -258,6 +264,11 @@ bool InventoryReader::set_aside_if_dead(const InventoryRow& row, TreeStatus stat
   exclude(row, status_.header(), row.status, fmt::format("the tree is {}", name_of(status)));
   result_.excluded.back().is_problem = false;
   ++result_.excluded_tree_count;
+  if (plan_.time_field && !is_missing(row.time) && status != TreeStatus::kNotInSample) {
+    gone_.plot.append(row.labels[kPlot]);
+    gone_.tree.append(row.labels[kTree]);
+    gone_.time.append(row.time);
+  }
   return true;
 }
 
@@ -330,6 +341,8 @@ void InventoryReader::append(const InventoryRow& row, TreeStatus status) {
   } else if (plan_.time_field) {
     is_missing(row.time) ? times_.append_missing() : times_.append(row.time);
   }
+  if (plan_.stem_field) inventory.stem.append(row.stem);
+  if (!row.location.empty()) plots_of_locations_.add(row.location, row.labels[kPlot]);
   if (options_.keeps_measurements && plan_.status_field) inventory.status.push_back(status);
   if (plan_.stand_field && !is_missing(row.stand)) {
     shared_labels_.add(row.labels[kPlot], row.stand);
@@ -452,6 +465,9 @@ std::vector<std::string> InventoryReader::notes() const {
     std::string note = shared_labels_.note(csv_.header()[*plan_.stand_field]);
     if (!note.empty()) notes.push_back(std::move(note));
   }
+  if (std::string note = plots_of_locations_.note_on_visits(); !note.empty()) {
+    notes.push_back(std::move(note));
+  }
   if (has_cw_from_radii_) {
     notes.emplace_back("cw is computed from the four crown radii where it is missing");
   }
@@ -484,6 +500,7 @@ CheckedInventory InventoryReader::read() {
   inventory.expansion = plan_.expansion;
   kept_rows_.clear();
   times_ = {};
+  gone_ = {};
   rows_before_ = row_count_;
   while (read_block()) {
     for (std::size_t i = 0; i < block_size_; ++i) accept_or_exclude(block_[i]);

@@ -31,6 +31,8 @@ struct InventoryRow {
   std::array<std::string, kLabelCount> labels{};
   std::string time{};           ///< as written; empty if there is no such column
   std::string stand{};          ///< as time
+  std::string stem{};           ///< as time
+  std::string location{};       ///< of the visits of a plot, in some known tables
   std::string status{};         ///< as time
   std::string measured_plot{};  ///< with InventoryOptions::period: the plot, without the time
   Measures measures{};
@@ -112,7 +114,9 @@ class InventoryReader {
   std::size_t rows_before_ = 0;           ///< in earlier parts
   std::vector<std::size_t> kept_rows_{};  ///< position in the table or part of each tree, from 0
   data::TextColumn times_{};              ///< of each tree, if there is a column of times
+  TimedTrees gone_{};                     ///< dead and cut trees, likewise
   SharedPlotLabels shared_labels_{};
+  SharedPlotLabels plots_of_locations_{};
   RepeatedNumbers repeated_numbers_{};
   OddValues odd_values_{};
   std::size_t without_species_ = 0;

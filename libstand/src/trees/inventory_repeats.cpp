@@ -17,13 +17,10 @@
 #include "silvafit/base/text.hpp"
 #include "trees/inventory_columns.hpp"
 #include "trees/inventory_reader.hpp"
+#include "trees/plot_visits.hpp"
 
 namespace silvafit::stand {
 namespace {
-
-/// Largest distance between two surveyed positions of one tree: errors of tape and compass are
-/// decimeters, and trees are rarely nearer to each other.
-constexpr double kResurveyMeters = 1.0;
 
 /// Separates plot and time in a key; it does not occur in files.
 constexpr char kSeparator = '\x1f';
@@ -91,15 +88,20 @@ std::optional<StemPosition> SameId::position_of(std::size_t row) const {
   return point;
 }
 
-/// What distinguishes stems at one position: their dbh or, without a position, all measures.
+/// What distinguishes stems at one position: their number and dbh or, without a position, all
+/// measures.
 std::vector<double> SameId::measures_of(std::size_t row) const {
   // Missing values are equal, and NaN cannot be ordered.
   const auto comparable = [row](const std::vector<double>& values) {
     const bool is_missing = values.empty() || std::isnan(values[row]);
     return is_missing ? -std::numeric_limits<double>::infinity() : values[row];
   };
-  if (position_of(row)) return {comparable(inventory_.dbh_cm)};
   std::vector<double> measures;
+  if (inventory_.stem.size() > 0) measures.push_back(inventory_.stem.code(row));
+  if (position_of(row)) {
+    measures.push_back(comparable(inventory_.dbh_cm));
+    return measures;
+  }
   for (std::size_t i = 0; i < kMeasureCount; ++i) {
     measures.push_back(comparable(values_of(inventory_, i)));
   }
@@ -189,16 +191,19 @@ void exclude_same_tree(const RepeatedTree& tree,
                        const std::string& tree_column,
                        CheckedInventory& checked) {
   const Inventory& inventory = checked.inventory;
+  const std::string reason = tree.later_visit.empty()
+                                 ? fmt::format("the same tree is on line {}{}",
+                                               inventory.lines[tree.first_row],
+                                               tree.is_later ? ", measured at another time" : "")
+                                 : fmt::format("the plot was measured again: {}", tree.later_visit);
   ++checked.excluded_tree_count;
-  checked.excluded.push_back(
-      {.line = inventory.lines[tree.row],
-       .plot = std::string(inventory.plot[tree.row]),
-       .tree = std::string(inventory.tree[tree.row]),
-       .column = tree_column,
-       .value = std::string(inventory.tree[tree.row]),
-       .reason = fmt::format("the same tree is on line {}{}",
-                             inventory.lines[tree.first_row],
-                             tree.is_later ? ", measured at another time" : "")});
+  checked.excluded.push_back({.line = inventory.lines[tree.row],
+                              .plot = std::string(inventory.plot[tree.row]),
+                              .tree = std::string(inventory.tree[tree.row]),
+                              .column = tree_column,
+                              .value = std::string(inventory.tree[tree.row]),
+                              .reason = reason,
+                              .is_problem = tree.later_visit.empty()});
 }
 
 void keep_rows(const std::vector<std::size_t>& rows,
@@ -226,25 +231,35 @@ void keep_rows(const std::vector<std::size_t>& rows,
   select_text(inventory.plot);
   select_text(inventory.tree);
   select_text(inventory.species);
-  for (data::TextColumn* const column : {&inventory.time, &inventory.measured_plot}) {
+  for (data::TextColumn* const column :
+       {&inventory.stem, &inventory.time, &inventory.measured_plot}) {
     if (column->size() > 0) select_text(*column);
   }
 }
 
 }  // namespace
 
-std::vector<RepeatedTree> repeated_trees(const Inventory& inventory,
-                                         const data::TextColumn& times) {
+RepeatedTrees repeated_trees(const Inventory& inventory,
+                             const data::TextColumn& times,
+                             const TimedTrees& gone) {
+  RepeatedTrees result;
+  std::vector<RepeatedTree>& repeated = result.rows;
+  const std::vector<std::string> later = later_visits(inventory, times, gone, result.visits);
+  std::vector<std::size_t> order;
+  for (std::size_t row = 0; row < inventory.size(); ++row) {
+    if (later[row].empty()) {
+      order.push_back(row);
+    } else {
+      repeated.push_back({.row = row, .later_visit = later[row], .is_same_tree = true});
+    }
+  }
   // As many ids as trees: no id repeats, and no sorting is needed.
-  if (inventory.tree.levels().size() == inventory.size()) return {};
-  std::vector<std::size_t> order(inventory.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
+  if (inventory.tree.levels().size() == inventory.size()) return result;
   const auto id = [&inventory](std::size_t row) {
     return std::pair(inventory.plot.code(row), inventory.tree.code(row));
   };
   std::ranges::stable_sort(order, {}, id);
 
-  std::vector<RepeatedTree> repeated;
   SameId same_id(inventory, times);
   for (std::size_t i = 0; i < order.size(); ++i) {
     const bool is_first = i == 0 || id(order[i]) != id(order[i - 1]);
@@ -254,7 +269,7 @@ std::vector<RepeatedTree> repeated_trees(const Inventory& inventory,
     RepeatedTree tree = same_id.add(order[i]);
     if (!is_first) repeated.push_back(std::move(tree));
   }
-  if (repeated.empty()) return repeated;
+  if (repeated.empty()) return result;
   std::ranges::sort(repeated, {}, &RepeatedTree::row);
 
   IdSupply ids(inventory);
@@ -262,16 +277,18 @@ std::vector<RepeatedTree> repeated_trees(const Inventory& inventory,
     if (tree.is_same_tree) continue;
     tree.new_id = ids.next(inventory.plot.code(tree.row), std::string(inventory.tree[tree.row]));
   }
-  return repeated;
+  return result;
 }
 
 void resolve_repeated_trees(const std::string& tree_column,
                             const data::TextColumn& times,
+                            const TimedTrees& gone,
                             CheckedInventory& checked,
                             std::vector<std::size_t>& positions,
                             RepeatedNumbers& numbers) {
   Inventory& inventory = checked.inventory;
-  const std::vector<RepeatedTree> repeated = repeated_trees(inventory, times);
+  const auto [repeated, visits] = repeated_trees(inventory, times, gone);
+  numbers.visits.add(visits);
   if (repeated.empty()) return;
   std::vector<std::size_t> kept;
   data::TextColumn ids;
@@ -279,7 +296,7 @@ void resolve_repeated_trees(const std::string& tree_column,
   for (std::size_t row = 0; row < inventory.size(); ++row) {
     const bool is_repeated = next != repeated.end() && next->row == row;
     if (is_repeated && next->is_same_tree) {
-      if (next->is_later) ++numbers.later;
+      if (next->is_later) ++numbers.again;
       exclude_same_tree(*next++, tree_column, checked);
       continue;
     }
@@ -299,14 +316,11 @@ void resolve_repeated_trees(const std::string& tree_column,
 }
 
 std::vector<std::string> RepeatedNumbers::notes() const {
-  std::vector<std::string> notes;
-  if (later > 0) {
-    notes.push_back(
-        fmt::format("{} later measurements of trees and {} skipped; study with a `period` models "
-                    "the rows of all "
-                    "times, and stand with `growth` compares them",
-                    counted(later, "row has", "rows have"),
-                    later == 1 ? "was" : "were"));
+  std::vector<std::string> notes = visits.notes();
+  if (again > 0) {
+    notes.push_back(fmt::format("{} trees again within a visit and {} skipped",
+                                counted(again, "row measures", "rows measure"),
+                                again == 1 ? "is" : "are"));
   }
   if (renamed > 0) {
     notes.push_back(fmt::format(
@@ -337,7 +351,7 @@ void InventoryReader::compare_trees() {
     compare_measurements();
   } else {
     resolve_repeated_trees(
-        plan_.labels[kTree].text, times_, result_, kept_rows_, repeated_numbers_);
+        plan_.labels[kTree].text, times_, gone_, result_, kept_rows_, repeated_numbers_);
   }
   if (!options_.case_sensitive) spellings_.unify(result_.inventory.species);
 }
@@ -350,7 +364,7 @@ void InventoryReader::compare_measurements() {
     labels.append(fmt::format("{}{}{}", inventory.plot[row], kSeparator, times_[row]));
   }
   inventory.plot = std::move(labels);
-  resolve_repeated_trees(plan_.labels[kTree].text, {}, result_, kept_rows_, repeated_numbers_);
+  resolve_repeated_trees(plan_.labels[kTree].text, {}, {}, result_, kept_rows_, repeated_numbers_);
   const auto plot_in = [](std::string_view label) {
     return label.substr(0, label.find(kSeparator));
   };
@@ -383,6 +397,18 @@ void SharedPlotLabels::finish_plots() {
     shared_.erase(std::prev(shared_.end()));
     ++forgotten_;
   }
+}
+
+std::string SharedPlotLabels::note_on_visits() const {
+  if (shared_.empty()) return {};
+  const auto& [place, plots] = *shared_.begin();
+  return fmt::format(
+      "{} visited several times ({} has the plots {} and {}), and each visit counts as a plot; "
+      "choose one visit of each with `where`",
+      counted(forgotten_ + shared_.size(), "place was", "places were"),
+      place,
+      plots.first,
+      plots.other);
 }
 
 std::string SharedPlotLabels::note(const std::string& column) const {

@@ -21,19 +21,21 @@ struct RepeatedNumbers {
   std::size_t stems = 0;        ///< of these, at the position of the other tree
   std::size_t unplaced = 0;     ///< of these, without a position and a time
   std::string first_renamed{};  ///< its line and its new number
-  std::size_t later = 0;        ///< skipped rows that measure a tree at a later time
+  std::size_t again = 0;        ///< skipped rows that measure a tree again within a visit
+  VisitCounts visits{};
 
   std::vector<std::string> notes() const;
 };
 
 /// Excludes repeated rows of a tree, and gives new ids to other trees with the same number.
 /// \param tree_column  name of the column of tree ids in the file
-/// \param times        as of repeated_trees
+/// \param times, gone  as of repeated_trees
 /// \param checked      gets the exclusions, in the order of lines
 /// \param positions    for each tree its row of the file; loses those of excluded rows
 /// \param numbers      gets the trees with new ids
 void resolve_repeated_trees(const std::string& tree_column,
                             const data::TextColumn& times,
+                            const TimedTrees& gone,
                             CheckedInventory& checked,
                             std::vector<std::size_t>& positions,
                             RepeatedNumbers& numbers);
@@ -47,6 +49,8 @@ class SharedPlotLabels {
   /// A note on these plots; empty if there are none.
   /// \param column  that the stands are in
   std::string note(const std::string& column) const;
+  /// The note if the labels are places, and their "stands" the plots of a visit each.
+  std::string note_on_visits() const;
 
  private:
   struct Shared {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/stand/inventory.hpp"
 
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <sstream>
@@ -191,13 +193,13 @@ TEST_CASE("a tree that was measured again in another year is the same tree") {
       "2010,1,1,1,1,15\n"
       "2000,1,2,5,5,20\n"
       "2010,1,2,9,9,21\n";
-  const std::vector<std::string> expected{
-      "4 tree: the same tree is on line 2, measured at another time",
-      "5 tree: the same tree is on line 2, measured at another time"};
+  const std::vector<std::string> expected{"2 tree: the plot was measured again: 2010",
+                                          "3 tree: the plot was measured again: 2010",
+                                          "6 tree: the plot was measured again: 2010"};
   for (const char* column : {"year", "Year", "date"}) {
     const CheckedInventory checked = read_inventory_text(column + rows);
     CHECK(problems(checked) == expected);
-    CHECK(checked.inventory.dbh_cm == std::vector<double>{20, 12, 20, 21});
+    CHECK(checked.inventory.dbh_cm == std::vector<double>{24, 15, 21});
     CHECK(has_note(checked, "1 of these stands at the position of the other tree"));
   }
   CHECK(problems(read_inventory_text("Jahr" + rows, with_columns("year=Jahr"))) == expected);
@@ -218,13 +220,12 @@ TEST_CASE("a tree without a position that was measured again is counted once") {
       "2015,1,3,11,10\n"
       "2015,1,4,8,7\n";
   const CheckedInventory checked = read_inventory_text("year" + rows);
-  CHECK(checked.inventory.dbh_cm == std::vector<double>{20, 30, 10, 8});
-  CHECK(problems(checked) ==
-        std::vector<std::string>{"5 tree: the same tree is on line 2, measured at another time",
-                                 "6 tree: the same tree is on line 3, measured at another time",
-                                 "7 tree: the same tree is on line 4, measured at another time"});
+  CHECK(checked.inventory.dbh_cm == std::vector<double>{22, 33, 11, 8});
+  CHECK(problems(checked) == std::vector<std::string>{"2 tree: the plot was measured again: 2015",
+                                                      "3 tree: the plot was measured again: 2015",
+                                                      "4 tree: the plot was measured again: 2015"});
   CHECK_FALSE(has_note(checked, "year=COLUMN"));
-  CHECK(has_note(checked, "3 rows have later measurements of trees and were skipped"));
+  CHECK(has_note(checked, "the last visit is used (plot 1: 2015), 3 rows of earlier ones are"));
   CHECK(has_note(checked, "a `period` models"));
   const CheckedInventory unknown = read_inventory_text("Jahr" + rows);
   CHECK(unknown.inventory.size() == 7);
@@ -237,21 +238,102 @@ TEST_CASE("a tree without a position that was measured again is counted once") {
   CHECK_FALSE(has_note(one_time, "year=COLUMN"));
 }
 
-TEST_CASE("a tree whose position was surveyed again is counted once") {
+TEST_CASE("a tree whose position was surveyed again within a visit is counted once") {
   const CheckedInventory checked = read_inventory_text(
-      "year,plot,tree,x,y,dbh\n"
-      "2010,1,1,1,1,20\n"
-      "2015,1,1,1.02,0.99,22\n"  // surveyed again, across a line of whole meters
-      "2020,1,1,,,24\n"          // and then not at all
-      "2010,1,2,5,5,30\n"
-      "2010,1,2,5.5,5,30\n"  // of the same year: another tree with this number
-      "2015,1,2,5.4,5,31\n"  // that one again
-      "2015,1,2,7,5,32\n");  // elsewhere: a third one
+      "date,plot,tree,x,y,dbh\n"
+      "2015-06-01,1,1,1,1,20\n"
+      "2015-06-08,1,1,1.02,0.99,22\n"  // surveyed again, across a line of whole meters
+      "2015-06-15,1,1,,,24\n"          // and then not at all
+      "2015-06-01,1,2,5,5,30\n"
+      "2015-06-01,1,2,5.5,5,30\n"  // of the same day: another tree with this number
+      "2015-06-08,1,2,5.4,5,31\n"  // that one again
+      "2015-06-08,1,2,7,5,32\n");  // elsewhere: a third one
   CHECK(checked.inventory.dbh_cm == std::vector<double>{20, 30, 30, 32});
   CHECK(problems(checked) ==
         std::vector<std::string>{"3 tree: the same tree is on line 2, measured at another time",
                                  "4 tree: the same tree is on line 2, measured at another time",
                                  "7 tree: the same tree is on line 6, measured at another time"});
+}
+
+TEST_CASE("stems of one tree with equal dbh are two stems if a column numbers them") {
+  const std::string rows = "1,1,1,1,1,12\n1,1,2,1,1,12\n1,1,2,1,1,12\n";
+  for (const char* column : {"stem", "Fuste", "Trunk", "StemTag"}) {
+    const CheckedInventory checked =
+        read_inventory_text(std::string("plot,tree,") + column + ",x,y,dbh\n" + rows);
+    CHECK(problems(checked) == std::vector<std::string>{"4 tree: the same tree is on line 3"});
+    CHECK(checked.inventory.tree[1] == "1#2");
+  }
+  CHECK(read_inventory_text("plot,tree,remark,x,y,dbh\n" + rows).inventory.size() == 1);
+}
+
+TEST_CASE("a position of zeros or nines far from all others is asked about") {
+  // Twelve trees on 30 m x 20 m, in UTM coordinates or from a corner of the plot.
+  const auto rows = [](double east, double north) {
+    std::string text = "plot,tree,x,y,dbh\n";
+    for (int i = 0; i < 12; ++i) {
+      text += fmt::format("1,{},{},{},20\n", i, east + 10 * (i % 4), north + 10 * (i / 4));
+    }
+    return text;
+  };
+  const std::string utm = rows(441000, 5412000);
+  for (const char* code : {"0,0", "-999,-999", "-99,-99", "9999,9999"}) {
+    CHECK_THROWS_WITH(read_inventory_text(utm + "1,12," + std::string(code) + ",20\n"),
+                      Contains("from the other trees of the plot, which are at most 36.1 m"));
+  }
+  CHECK_THROWS_WITH(read_inventory_text(rows(0, 0) + "1,12,-999,-999,20\n"),
+                    Contains("the position (-999, -999) is 1.41e+03 m"));
+  CHECK(read_inventory_text(rows(0, 0) + "1,12,0,9,20\n").inventory.size() == 13);
+  CHECK(read_inventory_text(rows(5, 5) + "1,12,0,0,20\n").inventory.size() == 13);
+  InventoryOptions trusting;
+  trusting.trust_units = true;
+  CHECK(read_inventory_text(utm + "1,12,0,0,20\n", trusting).inventory.size() == 13);
+}
+
+TEST_CASE("a plot is described by its last visit") {
+  // Plot 1: tree 2 died before 2020, tree 4 grew in; plot 2 was measured in 2018 only.
+  const std::string header = "plot,tree,species,dbh,year,status\n";
+  const std::string early = "1,1,A,20,2010,alive\n1,2,A,30,2010,alive\n1,3,A,10,2010,alive\n";
+  const std::string late = "1,3,A,14,2020,alive\n1,1,A,25,2020,alive\n1,4,A,8,2020,alive\n";
+  const std::string other = "2,1,A,40,2018,alive\n";
+  for (const std::string& rows : {early + late + other, late + other + early}) {
+    const CheckedInventory checked = read_inventory_text(header + rows);
+    CHECK(checked.inventory.dbh_cm == std::vector<double>{14, 25, 8, 40});
+    CHECK(has_note(checked,
+                   "1 plot was measured several times: the last visit is used (plot 1: 2020), 3 "
+                   "rows of earlier ones are skipped, and 1 tree of the visit before it that has "
+                   "no row of it is gone"));
+  }
+  // A last visit that found dead trees only is the last one, too.
+  const CheckedInventory dead =
+      read_inventory_text(header + early + "1,1,A,20,2020,dead\n1,2,A,30,2020,cut\n" + other);
+  CHECK(dead.inventory.dbh_cm == std::vector<double>{40});
+}
+
+TEST_CASE("times of a plot are several visits if trees come again after a quarter of a year") {
+  const auto dbh_of = [](const std::string& rows) {
+    return read_inventory_text("plot,tree,dbh,date\n" + rows).inventory.dbh_cm;
+  };
+  using Sizes = std::vector<double>;
+  // One campaign, two trees of it measured again as a control.
+  CHECK(dbh_of("1,1,20,2019-06-30\n1,2,21,2019-07-02\n1,3,22,2019-07-02\n1,1,20.1,2019-07-09\n") ==
+        Sizes{20, 21, 22});
+  // Days in other orders, numbers of visits, and years beside days.
+  CHECK(dbh_of("1,1,20,30.06.2019\n1,1,24,02.05.2023\n") == Sizes{24});
+  CHECK(dbh_of("1,1,20,5/6/2019\n1,1,24,4/30/2023\n") == Sizes{24});
+  CHECK(dbh_of("1,1,24,2\n1,1,20,1\n") == Sizes{24});
+  CHECK(dbh_of("1,1,20,2019\n1,2,21,2019-11-30\n1,2,22,2020-10-01\n") == Sizes{22});
+  // Winter of two years, where no tree comes again; a note says so.
+  const CheckedInventory winter =
+      read_inventory_text("plot,tree,dbh,year\n1,1,20,2019\n1,2,21,2020\n");
+  CHECK(winter.inventory.dbh_cm == Sizes{20, 21});
+  CHECK(has_note(winter,
+                 "1 plot has rows of several times, but no tree comes again (plot 1: 2019 and "
+                 "2020): all are used as of one visit"));
+  // Plots of other places with the same label and numbers of trees.
+  CHECK(read_inventory_text("plot,tree,x,y,dbh,year\n1,1,1,1,20,2019\n1,1,7,7,24,2023\n")
+            .inventory.dbh_cm == Sizes{20, 24});
+  CHECK_THROWS_WITH(dbh_of("1,1,20,spring\n1,1,24,autumn\n"),
+                    Contains("trees of spring were measured again at autumn"));
 }
 
 TEST_CASE("labels of a file with decimal commas keep their commas") {

@@ -102,16 +102,17 @@ std::vector<Copy> copies_in(const data::Table& table, std::vector<Rows> trees) {
   return copies;
 }
 
-/// When the rows were measured; empty if the table has no such column.
-data::TextColumn times_of(const data::Table& table, const Rows& rows) {
-  data::TextColumn times;
-  const auto column = stand::usual_time_column(table.names());
-  if (!column) return times;
+/// The labels of some rows in a column; empty if there is no such column.
+data::TextColumn labels_in(const std::optional<std::string>& column,
+                           const data::Table& table,
+                           const Rows& rows) {
+  data::TextColumn labels;
+  if (!column) return labels;
   const data::TextColumn all = table.labels(*column);
   for (const std::size_t row : rows) {
-    all.is_missing(row) ? times.append_missing() : times.append(all[row]);
+    all.is_missing(row) ? labels.append_missing() : labels.append(all[row]);
   }
-  return times;
+  return labels;
 }
 
 /// Rows of a tree beside its first one at each time.
@@ -154,6 +155,7 @@ stand::Inventory inventory_of(const data::Table& table,
                               const data::TextColumn& tree,
                               const MeasureOf& measure) {
   stand::Inventory inventory;
+  inventory.file = table.file();
   for (const std::size_t row : rows) {
     inventory.plot.append(plot[row]);
     inventory.tree.append(tree[row]);
@@ -165,6 +167,7 @@ stand::Inventory inventory_of(const data::Table& table,
     for (const std::size_t row : rows) (inventory.*column.values).push_back(values[row]);
   }
   inventory.dbh_cm.resize(rows.size(), data::kMissing);
+  inventory.stem = labels_in(stand::usual_stem_column(table.names()), table, rows);
   return inventory;
 }
 
@@ -208,7 +211,7 @@ void find_copies(const std::string& plot_column,
 }
 
 std::vector<std::string> RepeatedTreeCounts::notes() const {
-  std::vector<std::string> notes;
+  std::vector<std::string> notes = visits.notes();
   if (same > 0) {
     notes.push_back(
         fmt::format("{} skipped, the first: {}",
@@ -235,14 +238,20 @@ void keep_one_row_per_tree(data::Table& table,
   for (std::size_t row = 0; row < table.rows(); ++row) {
     if (!plot.is_missing(row) && !tree.is_missing(row)) rows.push_back(row);
   }
-  const auto repeated =
-      stand::repeated_trees(inventory_of(table, rows, plot, tree, measure), times_of(table, rows));
+  const auto [repeated, visits] =
+      stand::repeated_trees(inventory_of(table, rows, plot, tree, measure),
+                            labels_in(stand::usual_time_column(table.names()), table, rows));
+  counts.visits.add(visits);
   if (repeated.empty()) return;
   Rows kept;
   data::TextColumn ids;
   auto next = repeated.begin();
   for (std::size_t row = 0; row < table.rows(); ++row) {
     const bool is_first = next == repeated.end() || rows[next->row] != row;
+    if (!is_first && !next->later_visit.empty()) {
+      ++next;
+      continue;
+    }
     if (!is_first && next->is_same_tree) {
       const std::size_t line = table.line(rows[next->first_row]);
       const std::string same =

@@ -80,7 +80,7 @@ class TableReader {
   void unify_spellings();
   void read_status();
   void describe_labels();
-  void resolve_repeated_rows();
+  void resolve_repeated_rows(RepeatedRows rule);
   void note(std::string text) {
     if (!text.empty()) result_.recognized.push_back(std::move(text));
   }
@@ -243,8 +243,9 @@ void TableReader::read_status() {
   if (are_found && has_dead) result_.is_dead = std::move(is_dead);
 }
 
-/// The rule for rows of one tree (docs/inventory.md).
-void TableReader::resolve_repeated_rows() {
+/// The rule for rows of one tree (docs/inventory.md), if it is the one of this reading.
+void TableReader::resolve_repeated_rows(RepeatedRows rule) {
+  if (wishes_.repeated != rule) return;
   data::Table& table = result_.table;
   const auto column_of = [this](const std::string& name) {
     const stand::ColumnMapping* const mapping = stand::mapping_to(name, result_.mapped);
@@ -253,10 +254,10 @@ void TableReader::resolve_repeated_rows() {
   const std::string plot = column_of("plot");
   const std::string tree = column_of("tree");
   if (!table.has(plot) || !table.has(tree)) return;
-  if (wishes_.repeated == RepeatedRows::kObservations) {
+  if (rule == RepeatedRows::kObservations) {
     find_copies(plot, tree, result_, state_.repeated);
     for (std::string& text : state_.repeated.notes()) note(std::move(text));
-  } else if (wishes_.repeated == RepeatedRows::kOneOfEachTree) {
+  } else {
     const auto measure = [&](const std::string& name) -> std::vector<double> {
       const std::string column = column_of(name);
       const bool is_mapped = stand::mapping_to(name, result_.mapped) != nullptr;
@@ -309,9 +310,11 @@ TableReader::Result TableReader::read() {
     }
   }
   if (!wishes_.keeps_spellings) unify_spellings();
+  // The last visit of a plot may have found dead trees only.
+  resolve_repeated_rows(RepeatedRows::kOneOfEachTree);
   read_status();
   describe_labels();
-  resolve_repeated_rows();
+  resolve_repeated_rows(RepeatedRows::kObservations);
   return std::move(result_);
 }
 

@@ -18,6 +18,8 @@ namespace silvafit::data {
 bool is_missing_code(double value);
 /// Whether it often does, in columns without other negative values: -9, -99 or -999.
 bool is_likely_missing_code(double value);
+/// Whether a number is written with nines only, of either sign, and is at least 9: 99.9, -999.
+bool is_all_nines(double value);
 
 /// A value that may be a code: a likely one that is the only negative value, or one at the end of a
 /// column that is 99 or more, written with nines only, such as 999 or 99.9, repeated, and far from

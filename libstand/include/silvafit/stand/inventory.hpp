@@ -43,6 +43,7 @@ struct Inventory {
   data::TextColumn plot{};
   data::TextColumn tree{};     ///< unique within a plot; the second tree of a number gets #2
   data::TextColumn species{};  ///< missing where the field is empty
+  data::TextColumn stem{};     ///< its number within the tree, if the file has such a column
 
   std::vector<double> x{};  ///< east [m]
   std::vector<double> y{};  ///< north [m]
@@ -151,7 +152,7 @@ struct ExcludedRow {
   std::string column{};  ///< the file's name of the column
   std::string value{};   ///< as written, or the number that was tested
   std::string reason{};
-  bool is_problem = true;  ///< false: the row is valid, but its tree is dead or cut
+  bool is_problem = true;  ///< false: a valid row of a dead or cut tree or of an earlier visit
 };
 
 struct CheckedInventory {

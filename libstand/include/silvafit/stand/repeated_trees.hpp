@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Several rows with the same plot and tree.
+// Several rows with the same plot and tree, and several visits of a plot.
 #pragma once
 
 #include <cstddef>
@@ -11,9 +11,10 @@
 
 namespace silvafit::stand {
 
-/// A row that has the plot and tree of an earlier one.
+/// A row of an earlier visit of its plot, or with the plot and tree of an earlier row.
 struct RepeatedTree {
   std::size_t row = 0;
+  std::string later_visit{};        ///< the time of the plot's last visit, if the row is of another
   std::size_t first_row = 0;        ///< if it is the same tree, the first row of that tree
   bool is_same_tree = false;        ///< a copy, or a repeated measurement
   bool is_later = false;            ///< a repeated measurement: the time is another one
@@ -22,12 +23,47 @@ struct RepeatedTree {
   std::string new_id{};             ///< of another tree: an id of its own, such as `64#2`
 };
 
-/// Classifies each row that has the plot and tree of an earlier one. It is the same tree if both
-/// rows have the same position and dbh or, without a position, the same measures; or if they have
-/// different times and their distance is at most the error of a second survey, 1 m. Otherwise two
-/// trees (or two stems of one stool) have the same number.
-/// \param times  (N) when each row was measured, missing where unknown; empty: always unknown
-/// \return       by ascending row
-std::vector<RepeatedTree> repeated_trees(const Inventory& inventory, const data::TextColumn& times);
+/// Trees that were measured, but are not rows of an inventory: dead and cut ones.
+struct TimedTrees {
+  data::TextColumn plot{};
+  data::TextColumn tree{};
+  data::TextColumn time{};
+};
+
+/// Counts of the visits of plots, of an inventory or of its parts one after another.
+struct VisitCounts {
+  std::size_t plots = 0;      ///< of which only the last visit is used
+  std::size_t rows = 0;       ///< of earlier visits
+  std::size_t unseen = 0;     ///< trees of the visit before the last one without a row of it
+  std::string first{};        ///< such a plot and its last visit
+  std::size_t mixed = 0;      ///< plots with several times at which no tree comes again
+  std::string first_mixed{};  ///< such a plot and its times
+
+  void add(const VisitCounts& other);
+  std::vector<std::string> notes() const;
+};
+
+struct RepeatedTrees {
+  std::vector<RepeatedTree> rows{};  ///< ascending
+  VisitCounts visits{};
+};
+
+/// Classifies the rows of plots that were visited several times, and those with the plot and tree
+/// of an earlier row of the same visit.
+///
+/// Only the last visit of a plot describes its stand. Times are different visits if they are more
+/// than a quarter of a year apart (a campaign is shorter) and a tree of the earlier one comes
+/// again: otherwise the rows are of one visit that took several years, or the times are not those
+/// of measurements.
+///
+/// A row is of the same tree if both rows have the same position, stem and dbh or, without a
+/// position, the same stem and measures; or if they have different times and their distance is at
+/// most the error of a second survey, 1 m. Otherwise two trees (or two stems of one stool) have the
+/// same number. \param times  (N) when each row was measured, missing where unknown; empty: always
+/// unknown \param gone   dead and cut trees that are not in the inventory, whose times are visits,
+/// too \throws InputError if trees come again at times that have no order
+RepeatedTrees repeated_trees(const Inventory& inventory,
+                             const data::TextColumn& times,
+                             const TimedTrees& gone = {});
 
 }  // namespace silvafit::stand

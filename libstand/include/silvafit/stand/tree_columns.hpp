@@ -152,6 +152,9 @@ std::optional<std::string> status_column(const std::vector<std::string>& header,
 /// table TREE.
 std::optional<std::string> usual_time_column(const std::vector<std::string>& header);
 
+/// The column that numbers the stems of a tree, by its usual names.
+std::optional<std::string> usual_stem_column(const std::vector<std::string>& header);
+
 /// A mapping of a whole column to a measure, converted if the column's header or the row of units
 /// names another unit; any other mapping is unchanged.
 ColumnMapping in_our_unit(ColumnMapping mapping,

@@ -12,6 +12,7 @@
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/missing_codes.hpp"
 #include "silvafit/data/table.hpp"
+#include "silvafit/stand/repeated_trees.hpp"
 #include "silvafit/stand/species_spellings.hpp"
 #include "silvafit/stand/structural_units.hpp"
 #include "silvafit/stand/tree_status.hpp"
@@ -61,6 +62,7 @@ struct RepeatedTreeCounts {
   std::string first_same{};  ///< where it is, for the note
   std::size_t others = 0;    ///< another tree, which gets a new number
   std::string first_other{};
+  stand::VisitCounts visits{};
 
   std::vector<std::string> notes() const;
 };

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: MIT
+#include "trees/plot_visits.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
+#include "silvafit/data/csv.hpp"
+#include "trees/measurement_time.hpp"
+
+namespace silvafit::stand {
+namespace {
+
+/// Years between the last day of one campaign and the first one of the next, at least.
+constexpr double kBetweenVisits = 0.25;
+
+struct SeenTree {
+  std::string_view tree{};
+  double x = data::kMissing;
+  double y = data::kMissing;
+  bool is_alive = true;
+};
+
+/// The trees of one plot at one time.
+struct TimeOfPlot {
+  std::string_view text{};
+  double years = data::kMissing;  ///< missing: the time has no order
+  bool is_year = false;           ///< without a day
+  std::vector<SeenTree> trees{};
+  std::vector<std::size_t> rows{};
+};
+
+/// Sets the place of a time among others: its year or date, or the number of the visit.
+void read_time(TimeOfPlot& time) {
+  double number = 0.0;
+  if (const auto years = years_of(time.text)) {
+    time.years = *years;
+  } else if (data::parse_number(time.text, number)) {
+    time.years = number;
+  } else if (const std::size_t slash = time.text.rfind('/'); slash != std::string_view::npos) {
+    // 5/6/2019 may be a day of May or of June; its year is known.
+    const auto year = years_of(time.text.substr(slash + 1));
+    if (year) time.years = *year;
+  }
+  time.is_year = time.years == std::floor(time.years);
+}
+
+double years_between(const TimeOfPlot& earlier, const TimeOfPlot& later) {
+  if (earlier.is_year == later.is_year) return later.years - earlier.years;
+  return std::floor(later.years) - std::floor(earlier.years);
+}
+
+/// The trees of a visit, by their numbers.
+class Visit {
+ public:
+  std::size_t without_row_in(const Visit& other) const {
+    const auto is_unseen = [&other](const auto& tree) {
+      const bool was_alive = std::ranges::any_of(tree.second, &SeenTree::is_alive);
+      return was_alive && !other.trees_.contains(tree.first);
+    };
+    return static_cast<std::size_t>(std::ranges::count_if(trees_, is_unseen));
+  }
+  void add(const TimeOfPlot& time) {
+    for (const SeenTree& tree : time.trees) trees_[tree.tree].push_back(tree);
+  }
+  bool has_tree_of(const TimeOfPlot& time) const {
+    return std::ranges::any_of(time.trees, [this](const SeenTree& tree) {
+      const auto same = trees_.find(tree.tree);
+      return same != trees_.end() && std::ranges::any_of(same->second, [&](const SeenTree& one) {
+               const double distance_m = std::hypot(one.x - tree.x, one.y - tree.y);
+               return std::isnan(distance_m) || distance_m <= kResurveyMeters;
+             });
+    });
+  }
+
+ private:
+  std::unordered_map<std::string_view, std::vector<SeenTree>> trees_{};
+};
+
+/// The visits of a plot by the order of times.
+struct LastVisit {
+  std::size_t begin = 0;  ///< its first time
+  bool is_mixed = false;  ///< it may be several visits: no tree comes again
+  std::size_t unseen = 0;
+};
+
+/// \throws InputError as later_visits()
+LastVisit last_visit(std::vector<TimeOfPlot>& times, const Place& place) {
+  std::ranges::stable_sort(times, {}, [](const TimeOfPlot& time) {
+    return std::isnan(time.years) ? std::numeric_limits<double>::infinity() : time.years;
+  });
+  LastVisit last;
+  Visit before;
+  Visit visit;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const bool has_order = !std::isnan(times[i].years);
+    const bool may_be_later =
+        i > 0 && (!has_order || years_between(times[i - 1], times[i]) > kBetweenVisits);
+    const bool is_later = may_be_later && visit.has_tree_of(times[i]);
+    last.is_mixed = !is_later && (last.is_mixed || may_be_later);
+    if (is_later) {
+      if (!has_order) {
+        throw InputError(
+            fmt::format("trees of {} were measured again at {}, which is neither a year or date "
+                        "(2019, 2019-06-30 or 30.06.2019) nor the number of a visit; choose the "
+                        "rows of one visit with `where`",
+                        times[i - 1].text,
+                        times[i].text),
+            place);
+      }
+      last.begin = i;
+      before = std::exchange(visit, {});
+    }
+    visit.add(times[i]);
+  }
+  last.unseen = before.without_row_in(visit);
+  return last;
+}
+
+/// The plots that have rows of several times.
+class PlotsAtTimes {
+ public:
+  PlotsAtTimes(const Inventory& inventory, const data::TextColumn& times, const TimedTrees& gone);
+  std::map<std::uint32_t, std::vector<TimeOfPlot>> take() && { return std::move(plots_); }
+
+ private:
+  void find_several(std::uint32_t plot, std::string_view time);
+  TimeOfPlot* time_of(std::uint32_t plot, std::string_view text);
+
+  std::vector<std::string_view> first_time_;  ///< by plot
+  std::vector<char> has_several_;
+  std::map<std::uint32_t, std::vector<TimeOfPlot>> plots_{};
+};
+
+PlotsAtTimes::PlotsAtTimes(const Inventory& inventory,
+                           const data::TextColumn& times,
+                           const TimedTrees& gone)
+    : first_time_(inventory.plot.levels().size()), has_several_(first_time_.size(), 0) {
+  const auto for_each = [&](const auto& use, const auto& use_gone) {
+    for (std::size_t row = 0; row < times.size(); ++row) {
+      if (!times.is_missing(row) && !inventory.plot.is_missing(row)) use(row);
+    }
+    for (std::size_t i = 0; i < gone.time.size(); ++i) {
+      const std::uint32_t plot = inventory.plot.code_of(gone.plot[i]);
+      if (plot != data::TextColumn::kMissingCode && !gone.time.is_missing(i)) use_gone(i, plot);
+    }
+  };
+  for_each([&](std::size_t row) { find_several(inventory.plot.code(row), times[row]); },
+           [&](std::size_t i, std::uint32_t plot) { find_several(plot, gone.time[i]); });
+  for_each(
+      [&](std::size_t row) {
+        TimeOfPlot* const time = time_of(inventory.plot.code(row), times[row]);
+        if (time == nullptr) return;
+        SeenTree tree{.tree = inventory.tree[row]};
+        if (inventory.has_coordinates()) tree.x = inventory.x[row];
+        if (inventory.has_coordinates()) tree.y = inventory.y[row];
+        time->trees.push_back(tree);
+        time->rows.push_back(row);
+      },
+      [&](std::size_t i, std::uint32_t plot) {
+        TimeOfPlot* const time = time_of(plot, gone.time[i]);
+        if (time != nullptr) time->trees.push_back({.tree = gone.tree[i], .is_alive = false});
+      });
+}
+
+void PlotsAtTimes::find_several(std::uint32_t plot, std::string_view time) {
+  if (first_time_[plot].empty()) first_time_[plot] = time;
+  if (first_time_[plot] != time) has_several_[plot] = 1;
+}
+
+/// None if the plot has one time.
+TimeOfPlot* PlotsAtTimes::time_of(std::uint32_t plot, std::string_view text) {
+  if (has_several_[plot] == 0) return nullptr;
+  std::vector<TimeOfPlot>& times = plots_[plot];
+  const auto known = std::ranges::find(times, text, &TimeOfPlot::text);
+  if (known != times.end()) return &*known;
+  times.push_back({.text = text});
+  read_time(times.back());
+  return &times.back();
+}
+
+}  // namespace
+
+void VisitCounts::add(const VisitCounts& other) {
+  if (plots == 0) first = other.first;
+  if (mixed == 0) first_mixed = other.first_mixed;
+  plots += other.plots;
+  rows += other.rows;
+  unseen += other.unseen;
+  mixed += other.mixed;
+}
+
+std::vector<std::string> VisitCounts::notes() const {
+  std::vector<std::string> notes;
+  if (plots > 0) {
+    notes.push_back(fmt::format(
+        "{} measured several times: the last visit is used ({}), {} of earlier ones {} skipped{}; "
+        "`where` chooses another time, study with a `period` models the rows of all times, and "
+        "stand with `growth` compares them",
+        counted(plots, "plot was", "plots were"),
+        first,
+        counted(rows, "row", "rows"),
+        rows == 1 ? "is" : "are",
+        unseen == 0 ? ""
+                    : fmt::format(", and {} gone",
+                                  counted(unseen,
+                                          "tree of the visit before it that has no row of it is",
+                                          "trees of the visit before it that have no row of it "
+                                          "are"))));
+  }
+  if (mixed > 0) {
+    notes.push_back(
+        fmt::format("{} rows of several times, but no tree comes again ({}): all are used as of "
+                    "one visit; if they are of several, choose one with `where`",
+                    counted(mixed, "plot has", "plots have"),
+                    first_mixed));
+  }
+  return notes;
+}
+
+std::vector<std::string> later_visits(const Inventory& inventory,
+                                      const data::TextColumn& times,
+                                      const TimedTrees& gone,
+                                      VisitCounts& counts) {
+  std::vector<std::string> later(inventory.size());
+  if (times.size() == 0) return later;
+  for (auto& [plot, of_plot] : PlotsAtTimes(inventory, times, gone).take()) {
+    const Place place{.file = inventory.file, .plot = std::string(inventory.plot.levels()[plot])};
+    const auto [begin, is_mixed, unseen] = last_visit(of_plot, place);
+    VisitCounts found;
+    for (std::size_t i = 0; i < begin; ++i) {
+      found.rows += of_plot[i].rows.size();
+      for (const std::size_t row : of_plot[i].rows) later[row] = of_plot.back().text;
+    }
+    if (begin > 0) {
+      found.plots = 1;
+      found.unseen = unseen;
+      found.first = fmt::format("plot {}: {}", place.plot, of_plot.back().text);
+    }
+    if (is_mixed) {
+      found.mixed = 1;
+      found.first_mixed =
+          fmt::format("plot {}: {} and {}", place.plot, of_plot[begin].text, of_plot.back().text);
+    }
+    counts.add(found);
+  }
+  return later;
+}
+
+}  // namespace silvafit::stand
