@@ -149,8 +149,10 @@ void prepare_walk(const RenderArguments& arguments,
                   std::vector<render::Standpoint>& standpoints,
                   render::Scene& scene) {
   if (standpoints.empty()) return;
+  const auto [low, high] = render::GroundHeight(scene).bounds();
+  // An eye outside of the plot stands on the extended ground.
+  render::extend_ground(scene);
   const render::GroundHeight ground(scene);
-  const auto& [low, high] = ground.bounds();
   std::vector<render::Vector> places;
   for (render::Standpoint& one : standpoints) {
     const bool is_inside = one.eye[0] >= low[0] && one.eye[0] <= high[0] && one.eye[2] >= low[2] &&
@@ -170,7 +172,6 @@ void prepare_walk(const RenderArguments& arguments,
     one.eye[1] += ground.at(one.eye[0], one.eye[2]);
     places.push_back(one.eye);
   }
-  render::extend_ground(scene);
   if (!arguments.is_bare) {
     render::add_forest_floor(scene, ground, places, arguments.common.seed);
   }
@@ -284,7 +285,8 @@ Drawn draw(const RenderArguments& arguments) {
   const double first_azimuth = options.camera.azimuth_deg;
   for (const std::string& model : arguments.models) {
     const tree::ReadScene read = tree::read_scene(model);
-    options.has_ground = !arguments.without_ground && !has_own_ground(read);
+    options.has_ground =
+        !arguments.without_ground && !options.is_transparent && !has_own_ground(read);
     render::Scene scene = render::scene_of(read);
     std::vector<render::Standpoint> eyes = standpoints;
     prepare_walk(arguments, eyes, scene);
@@ -438,6 +440,12 @@ void add_render_command(CLI::App& program) {
   command.add_flag("--no-ground",
                    arguments->without_ground,
                    "No ground plane below models without a ground of their own");
+  command
+      .add_flag("--transparent",
+                arguments->options.is_transparent,
+                "No sky and no ground plane: the background of the image is transparent")
+      ->excludes(eye)
+      ->excludes(path);
   add_common_options(command, arguments->common);
   add_example(command, "silvafit render stand.glb --out stand.png --sun 240,30");
   command.callback([arguments, view, eye, path] {

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <string>
 
+using silvafit::enumerated;
 using silvafit::with_visible_controls;
 
 TEST_CASE("control characters are seen and do nothing", "[base]") {
@@ -41,4 +42,11 @@ TEST_CASE("counts agree with their nouns and verbs") {
   CHECK(silvafit::counted(0, "tree has", "trees have") == "0 trees have");
   CHECK(silvafit::counted(1, "tree has", "trees have") == "1 tree has");
   CHECK(silvafit::counted(131, "tree has", "trees have") == "131 trees have");
+}
+
+TEST_CASE("names are enumerated with a word before the last") {
+  CHECK(enumerated({}).empty());
+  CHECK(enumerated({"a"}) == "a");
+  CHECK(enumerated({"a", "b"}) == "a and b");
+  CHECK(enumerated({"a", "b", "c"}, "or") == "a, b or c");
 }

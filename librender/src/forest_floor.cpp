@@ -270,6 +270,8 @@ void extend_ground(Scene& scene) {
   Surface skirt;
   const auto add = [&skirt](const Eigen::Vector3d& point) {
     for (const double value : point) skirt.positions.push_back(static_cast<float>(value));
+    // Shaded as level ground: its few large triangles would be seen.
+    skirt.normals.insert(skirt.normals.end(), {0.0F, 1.0F, 0.0F});
   };
   for (const Instance& instance : scene.instances) {
     for (const Surface& surface : scene.models[instance.model].surfaces) {

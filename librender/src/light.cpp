@@ -257,11 +257,13 @@ Ray Light::next(const Surroundings& here, Random& random, Vector3f& share) const
   return leaving(here.hit, here.flat_normal, direction);
 }
 
-Vector3f Light::along(Ray ray, Random& random) const {
+Vector3f Light::along(Ray ray, Random& random, bool& is_free) const {
+  is_free = false;
   Vector3f sum = Vector3f::Zero();
   Vector3f share = Vector3f::Ones();
   for (int surfaces = 0; surfaces < kMostSurfaces; ++surfaces) {
     const std::optional<Hit> hit = first_hit(ray);
+    is_free = !hit && surfaces == 0;
     if (!hit) return sum + share.cwiseProduct(sky_.along(ray.direction));
     if (surfaces == 0 && hit->material == &ground_) {
       // The plane is infinite: it fades into the horizon.

@@ -39,7 +39,8 @@ class Light {
   Light(const TracedScene& scene, const Sky& sky, float ground_m);
 
   /// Light that arrives along a ray, linear RGB.
-  Eigen::Vector3f along(Ray ray, Random& random) const;
+  /// \param is_free  gets whether the ray meets nothing but the sky
+  Eigen::Vector3f along(Ray ray, Random& random, bool& is_free) const;
 
  private:
   std::optional<Hit> first_hit(const Ray& ray) const;

@@ -43,7 +43,8 @@ Vector3f mean_light(const Light& light, const Vector3f& from, int rays = 20000) 
   Random random(7);
   Vector3f sum = Vector3f::Zero();
   const Ray ray{from, (-from).normalized()};
-  for (int i = 0; i < rays; ++i) sum += light.along(ray, random);
+  bool is_free = false;
+  for (int i = 0; i < rays; ++i) sum += light.along(ray, random, is_free);
   return sum / static_cast<float>(rays);
 }
 

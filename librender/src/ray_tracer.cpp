@@ -210,11 +210,16 @@ std::uint8_t to_byte(float light) {
   return static_cast<std::uint8_t>(std::lround(255.0F * std::clamp(encoded, 0.0F, 1.0F)));
 }
 
-Vector3f pixel_light(const Light& light,
-                     const Lens& lens,
-                     std::size_t x,
-                     std::size_t y,
-                     const RenderOptions& options) {
+struct Pixel {
+  Vector3f light{0, 0, 0};
+  float opacity = 1.0F;
+};
+
+Pixel pixel_at(const Light& light,
+               const Lens& lens,
+               std::size_t x,
+               std::size_t y,
+               const RenderOptions& options) {
   Random random(options.seed, y * options.width + x);
   // Points within the pixel by an additive sequence of two irrational steps: uniform for any number
   // of points.
@@ -223,6 +228,7 @@ Vector3f pixel_light(const Light& light,
   double shift_x = random.uniform();
   double shift_y = random.uniform();
   Vector3f sum = Vector3f::Zero();
+  std::size_t drawn = 0;
   for (std::size_t i = 0; i < options.samples; ++i) {
     shift_x += kStepX;
     shift_y += kStepY;
@@ -232,25 +238,31 @@ Vector3f pixel_light(const Light& light,
                              static_cast<float>(static_cast<double>(y) + shift_y));
     // A single reflection must not make its pixel too bright.
     constexpr float kBrightest = 8.0F;
-    sum += light.along(ray, random).cwiseMin(kBrightest);
+    bool is_free = false;
+    const Vector3f arrived = light.along(ray, random, is_free).cwiseMin(kBrightest);
+    if (is_free && options.is_transparent) continue;
+    sum += arrived;
+    ++drawn;
   }
-  return sum / static_cast<float>(options.samples);
+  if (drawn == 0) return {.opacity = 0.0F};
+  return {.light = sum / static_cast<float>(drawn),
+          .opacity = static_cast<float>(drawn) / static_cast<float>(options.samples)};
 }
 
 /// Within a forest a hundredth of the light arrives. As a camera does, the image is brightened
 /// until the mean of its logarithms is a middle grey. Source: Reinhard et al. 2002, Photographic
 /// tone reproduction for digital images, equation 1.
-float exposure_of(const std::vector<Vector3f>& light) {
+float exposure_of(const std::vector<Pixel>& pixels) {
   constexpr float kMiddleGrey = 0.18F;
   // Black pixels have no logarithm.
   constexpr float kBlack = 1e-3F;
   // More would show the noise of the darkest parts.
   constexpr float kMost = 8.0F;
   double sum = 0.0;
-  for (const Vector3f& one : light) {
-    sum += std::log(kBlack + one.dot(Vector3f(0.2126F, 0.7152F, 0.0722F)));
+  for (const Pixel& one : pixels) {
+    sum += std::log(kBlack + one.light.dot(Vector3f(0.2126F, 0.7152F, 0.0722F)));
   }
-  const auto mean = static_cast<float>(std::exp(sum / static_cast<double>(light.size())));
+  const auto mean = static_cast<float>(std::exp(sum / static_cast<double>(pixels.size())));
   return std::clamp(kMiddleGrey / mean, 1.0F, kMost);
 }
 
@@ -286,20 +298,22 @@ Picture RayTracer::picture(const RenderOptions& options) const {
   const Lens lens(traced.outline(), options);
   Picture picture{.width = options.width, .height = options.height};
   picture.rgb.resize(3 * options.width * options.height);
-  std::vector<Vector3f> arrived(options.width * options.height);
+  std::vector<Pixel> pixels(options.width * options.height);
   std::atomic<std::size_t> done{0};
   parallel_for(options.height, options.threads, [&](std::size_t y) {
     for (std::size_t x = 0; x < options.width; ++x) {
-      arrived[y * options.width + x] = pixel_light(light, lens, x, y, options);
+      pixels[y * options.width + x] = pixel_at(light, lens, x, y, options);
     }
     const std::size_t count = ++done;
     if (options.progress) options.progress(count, options.height);
   });
-  const float exposure = options.camera.standpoint ? exposure_of(arrived) : 1.0F;
-  for (std::size_t i = 0; i < arrived.size(); ++i) {
+  const float exposure = options.camera.standpoint ? exposure_of(pixels) : 1.0F;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
-      picture.rgb[3 * i + k] = to_byte(exposure * arrived[i][static_cast<Eigen::Index>(k)]);
+      picture.rgb[3 * i + k] = to_byte(exposure * pixels[i].light[static_cast<Eigen::Index>(k)]);
     }
+    if (!options.is_transparent) continue;
+    picture.opacity.push_back(static_cast<std::uint8_t>(std::lround(255.0F * pixels[i].opacity)));
   }
   return picture;
 }

@@ -79,6 +79,30 @@ TEST_CASE("the shadow of a plate has the direction and length of the sun's posit
   CHECK(brightness(picture, column(2.2), 32) > 0.9 * brightness(picture, column(-2.2), 32));
 }
 
+TEST_CASE("a transparent picture is opaque where the scene is, by its share of each pixel") {
+  RenderOptions options = small();
+  options.camera = from_above();
+  options.has_ground = false;
+  options.is_transparent = true;
+  const RayTracer tracer(scene_of({plate(0, 0, 0, {.color = {0.5, 0.5, 0.5}})}));
+  const Picture picture = tracer.picture(options);
+  REQUIRE(picture.opacity.size() == 64 * 64);
+  CHECK(picture.opacity[32 * 64 + 32] == 255);
+  CHECK(picture.opacity[0] == 0);
+  // The square fills the picture but for the margin of 6 %; its edges cross pixels.
+  double sum = 0.0;
+  for (const std::uint8_t opacity : picture.opacity) sum += opacity / 255.0;
+  CHECK(sum / (64.0 * 64.0) == Approx(1.0 / (1.06 * 1.06)).epsilon(0.01));
+  // The plate has its color without the sky's, also at its edges.
+  options.is_transparent = false;
+  const Picture opaque = tracer.picture(options);
+  CHECK(opaque.opacity.empty());
+  CHECK(brightness(picture, 32, 32) == brightness(opaque, 32, 32));
+  const std::vector<Picture> both{picture, picture};
+  CHECK(contact_sheet(both, 2).opacity.size() == 64 * (64 + 4 + 64));
+  CHECK_THROWS_AS(contact_sheet({picture, opaque}, 2), silvafit::UsageError);
+}
+
 TEST_CASE("light from behind passes a leaf, but not a board") {
   RenderOptions options = small();
   options.camera = {.azimuth_deg = 180.0, .elevation_deg = -60.0, .view_deg = 20.0};

@@ -53,6 +53,13 @@ class Pictures(ProgramTest):
         self.render("stand.glb", "stand.glb", "stand.glb", "--columns", "2", "--out", "sheet.png")
         self.assertEqual(self.size("sheet.png"), (2 * 60 + 4, 2 * 40 + 4))
 
+    def test_a_transparent_picture_has_opacities(self):
+        self.render("stand.glb", "--transparent", "--out", "clear.png")
+        self.render("stand.glb", "--out", "plain.png")
+        kinds = [(self.folder / name).read_bytes()[25] for name in ("clear.png", "plain.png")]
+        self.assertEqual(kinds, [6, 2])  # PNG's color types: with opacity, without
+        self.render("stand.glb", "--transparent", "--eye", "1,-4", "--out", "clear.png", status=2)
+
     def test_a_walk_has_a_picture_for_each_place(self):
         self.write("walk.csv", "east,north,azimuth\n1,-4,0\n1,-4,20\n")
         self.render("stand.glb", "--path", "walk.csv", "--out", "walk.png")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import json
-from typing import Any, Callable, Dict, List, Optional, Tuple, TypeVar, Union, cast
+from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple, TypeVar, Union, cast
 
 import numpy as np
 import pandas as pd
@@ -44,20 +44,31 @@ def model_frame(data: Any, texts: List[str], mentioned: List[str], response: str
 def random_terms(json: Dict[str, Any]) -> List[Dict[str, Any]]:
     """The random effects in the JSON of a fit: a term for each grouping, the coarser first.
 
-    Each has the name of its group, `columns`, `names` of the effects, `form` and `covariance`, `labels` (a list for each column),
+    Each has the name of its group, `columns`, `names` of the effects, `form` and `covariance`, `labels` (joined ones),
     `effects` (groups x effects), their conditional standard errors `se` (None if they are not known), and whether it is `crossed`.
     """
     terms: List[Dict[str, Any]] = []
     columns: List[str] = []
     for name, term in zip(json["groups"], json["random"]):
         columns = [*term.get("within", columns), term["group"]]
-        # Slashes in the labels of coarser groups are escaped.
-        parts = [label.split("/", len(columns) - 1) for label in term["eblup"]]
-        labels = [[one[k].replace("%2F", "/") if k + 1 < len(columns) else one[k] for one in parts] for k in range(len(columns))]
-        terms.append({"group": name, "columns": columns, "names": term["effects"], "form": term["form"], "labels": labels,
+        terms.append({"group": name, "columns": columns, "names": term["effects"], "form": term["form"], "labels": list(term["eblup"]),
                       "covariance": np.array(term["covariance"], float), "effects": _matrix(term["eblup"], term["effects"]),
                       "se": _matrix(term["eblup_se"], term["effects"]) if "eblup_se" in term else None, "crossed": "within" in term})
     return terms
+
+
+def _labels_by_column(labels: Iterable[str], columns: int) -> List[List[str]]:
+    """The parts of joined labels, in which slashes of the coarser groups are escaped."""
+    parts = [label.split("/", columns - 1) for label in labels]
+    return [[one[k].replace("%2F", "/") if k + 1 < columns else one[k] for one in parts] for k in range(columns)]
+
+
+def group_index(labels: Iterable[str], columns: List[str], known: Dict[str, Any]) -> pd.Index:
+    """Joined labels of groups as an index of their columns, in the types of the data."""
+    own = [restored_labels(texts, known.get(column)) for column, texts in zip(columns, _labels_by_column(labels, len(columns)))]
+    if len(own) == 1:
+        return pd.Index(own[0], name=columns[0], tupleize_cols=False)
+    return pd.MultiIndex.from_arrays(own, names=columns)
 
 
 def _matrix(groups: Dict[str, Dict[str, float]], effects: List[str]) -> np.ndarray:
@@ -216,14 +227,14 @@ class Estimates:
                 effects += outer.loc[effects.index.get_level_values(0)].to_numpy()
             found.append((term["group"], effects + self.fixed_effects))
             outer = effects
-        return _one_or_dict(found)
+        return one_or_dict(found)
 
     @property
     def random_covariance(self) -> Union[pd.DataFrame, Dict[str, pd.DataFrame]]:
         """Covariance matrix of the random effects; with several groupings a dict."""
         found = [(term["group"], pd.DataFrame(term["covariance"], term["names"], term["names"]))
                  for term in self._random_terms]
-        return _one_or_dict(found)
+        return one_or_dict(found)
 
     cov_re = random_covariance
 
@@ -252,15 +263,10 @@ class Estimates:
             if term[what] is None:
                 raise UsageError("the file that this fit is from does not have standard errors of random effects")
             found.append((term["group"], pd.DataFrame(term[what], self._groups_of(term), term["names"])))
-        return _one_or_dict(found)
+        return one_or_dict(found)
 
     def _groups_of(self, term: dict) -> pd.Index:
-        known = self._frame.labels if self._frame is not None else {}
-        labels = [restored_labels(texts, known.get(column))
-                  for column, texts in zip(term["columns"], term["labels"])]
-        if len(labels) == 1:
-            return pd.Index(labels[0], name=term["columns"][0], tupleize_cols=False)
-        return pd.MultiIndex.from_arrays(labels, names=term["columns"])
+        return group_index(term["labels"], term["columns"], self._frame.labels if self._frame is not None else {})
 
     # Numbers on the whole fit.
 
@@ -276,7 +282,7 @@ class Estimates:
     @property
     def groups(self) -> Dict[str, int]:
         """Number of groups by column."""
-        return {term["group"]: len(term["labels"][0]) for term in self._random_terms}
+        return {term["group"]: len(term["labels"]) for term in self._random_terms}
 
     @property
     def df_model(self) -> int:
@@ -333,7 +339,7 @@ class Estimates:
         return self._frame
 
 
-def _one_or_dict(found: List[Tuple[str, pd.DataFrame]]) -> Union[pd.DataFrame, Dict[str, pd.DataFrame]]:
+def one_or_dict(found: List[Tuple[str, pd.DataFrame]]) -> Union[pd.DataFrame, Dict[str, pd.DataFrame]]:
     if not found:
         return pd.DataFrame()
     return found[0][1] if len(found) == 1 else dict(found)

@@ -2,16 +2,16 @@
 """Predictions, fitted values and residuals."""
 from __future__ import annotations
 
-from typing import Any, List, Optional, Union
+from typing import Any, Dict, List, Optional, Union
 
 import numpy as np
 import pandas as pd
 
 from . import _location
 from ._analysis import Result, analysis
-from ._data import Frame, restored_labels
+from ._data import Frame
 from ._errors import InputError, UsageError, check_text, coverage_of_alpha
-from ._estimates import Estimates
+from ._estimates import Estimates, group_index, one_or_dict
 from ._words import word
 
 
@@ -114,7 +114,8 @@ class Predictions(Estimates):
                     raise InputError(f"unknown column; available: {', '.join(frame.table.names)}. Without the column of "
                                      "the groups use level='population'", column=column)
 
-    def calibrate(self, data: Any, seen_groups: str = "new", threads: int = 1) -> pd.DataFrame:
+    def calibrate(self, data: Any, seen_groups: str = "new",
+                  threads: int = 1) -> Union[pd.DataFrame, Dict[str, pd.DataFrame]]:
         """Random effects of the groups in new data from their measured trees, without a refit.
 
         Parameters
@@ -127,17 +128,20 @@ class Predictions(Estimates):
         Returns
         -------
         DataFrame
-            A row for each group: the number of measured trees, and the random effects.
+            A row for each group: the number of measured trees, and the random effects. With several
+            groupings a dict, as `random_effects`; of groups that the data do not have, those of the
+            fit are listed, unless groups are new.
         """
         frame = self._frame_for(data)
         check_text("seen_groups", seen_groups, is_optional=False)
         found = analysis("calibrate", frame, fits=[self._core], seen_groups=seen_groups, threads=threads,
-                         catalogue=self._catalogue()).frame("groups")
-        columns = self._random_terms[-1]["columns"]
-        labels = list(found.pop("label"))
-        if len(columns) == 1:
-            labels = restored_labels(labels, frame.labels.get(columns[0]))
-        return found.astype({"measured": int}).set_axis(pd.Index(labels, name="/".join(columns)), axis=0)
+                         catalogue=self._catalogue())
+        tables = []
+        for number, term in enumerate(self._random_terms, 1):
+            groups = found.frame(f"groups {number}").astype({"measured": int})
+            index = group_index(groups.pop("label"), term["columns"], frame.labels)
+            tables.append((term["group"], groups.set_axis(index, axis=0)))
+        return one_or_dict(tables)
 
     def fitted(self, level: str = "conditional") -> pd.Series:
         """Fitted values of a level, "population" or "conditional", with the index of the data; NaN for skipped rows."""

@@ -97,8 +97,11 @@ def test_crossed_groups_are_a_dict_of_their_own(stands):
     again = fit.predict(years, level="calibrated", seen_groups="new", interval="prediction")
     assert (again["prediction"] - errors["prediction"]).abs().max() < 1e-6
     assert (again["upper"] - errors["upper"]).abs().max() < 1e-4
-    with pytest.raises(sf.UsageError, match="crossed"):
-        fit.calibrate(years)
+    groups = fit.calibrate(years)
+    assert list(groups) == list(fit.random_effects)
+    for name, effects in fit.random_effects.items():
+        assert (groups[name][list(effects)].reindex(effects.index) - effects).abs().max().max() < 1e-6
+    assert groups["year"]["measured"].sum() == len(years)
 
 
 def test_three_levels_have_an_index_of_all_columns(stands):

@@ -111,9 +111,14 @@ isBalanced.silvafit <- function(object, countOnly = FALSE, level = length(groupi
 getCovariate.silvafit <- function(object, form, data) {
   rows <- if (missing(data)) getData.silvafit(object) else data
   if (!missing(form) || inherits(rows, "groupedData")) return(if (missing(form)) nlme::getCovariate(rows) else nlme::getCovariate(as.data.frame(rows), form))
+  rows[[only_predictor(object, "form")]]
+}
+
+# The covariate that a fit has, if it is the only one.
+only_predictor <- function(object, argument) {
   predictors <- all.vars(stats::delete.response(terms.silvafit(object)))
-  if (length(predictors) != 1) stop_usage("`form` has to name the covariate, such as ~ ", c(predictors, "dbh")[1])
-  rows[[predictors]]
+  if (length(predictors) != 1) stop_usage("`", argument, "` has to name the covariate, such as ~ ", c(predictors, "dbh")[1])
+  predictors
 }
 
 # The groups that have random effects, where no data are needed. Labels of the finer ones begin with that of the coarser one, a slash in it written as %2F.
@@ -161,6 +166,9 @@ by_nlme <- function(generic, call, frame, also = character(), fits = names(call)
   names(call)[!is.na(whole)] <- whole[!is.na(whole)]
   unknown <- setdiff(names(call)[-1], c(own, also, fits, ""))
   if (length(unknown) > 0) stop_unknown(unknown[1], c(own, also), shown = if (length(also) > 20) own else c(also, own))
+  if ("primary" %in% own && is.null(call$primary) && !inherits(getData.silvafit(objects[[1]]), "groupedData")) {
+    call$primary <- stats::reformulate(only_predictor(objects[[1]], "primary"))
+  }
   # Tables of effects need no data unless they have its columns.
   with_data <- !generic %in% c("ranef", "coef") || isTRUE(eval(call$augFrame, frame))
   where <- new.env(parent = frame)
@@ -190,7 +198,7 @@ method_by_nlme <- function(generic, formals, ...) {
 #' each group over a covariate), [nlme::comparePred()], [nlme::ACF.lme()] (correlation of the residuals within groups), [nlme::Variogram.lme()] and [nlme::pairs.lme()].
 #'
 #' @param object,object1,object2,x fits of [silvafit()]
-#' @param primary covariate of the predictions, such as `~ age`; by default that of the groupedData
+#' @param primary covariate of the predictions, such as `~ age`; by default that of the groupedData, or the only one of the fit
 #' @param minimum,maximum,length.out range and number of its values
 #' @param level grouping levels of the predictions
 #' @param maxLag largest lag

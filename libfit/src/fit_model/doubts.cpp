@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <ranges>
 #include <set>
 #include <string>
 #include <utility>
@@ -116,13 +117,13 @@ void add_name_doubts(const FitModelOptions& options, FittedModel& fit) {
   Convergence& convergence = fit.convergence;
   const std::set<std::string> known = known_parameters(options);
   const NameDoubts doubts = name_doubts(specification, known, options.fixed);
-  if (!doubts.text.empty())
-    convergence.find({.kind = Finding::Kind::kNameDoubt, .names = {doubts.text}});
+  // The last finding before the result comes first.
+  for (const Finding& finding : doubts.findings | std::views::reverse) convergence.find(finding);
   convergence.add(Evidence::Kind::kTakenAsParameter, doubts.names);
   if (convergence.converged()) return;
-  const std::string taken =
+  const std::vector<std::string> taken =
       parameters_taken(specification, known, {doubts.names.begin(), doubts.names.end()});
-  if (!taken.empty()) convergence.find({.kind = Finding::Kind::kParametersTaken, .names = {taken}});
+  if (!taken.empty()) convergence.find({.kind = Finding::Kind::kParametersTaken, .names = taken});
 }
 
 void add_doubts(const data::Table& table, const FitModelOptions& options, FitResult& result) {

@@ -7,6 +7,7 @@
 
 #include "model/held_coefficients.hpp"
 #include "silvafit/base/near_names.hpp"
+#include "silvafit/base/text.hpp"
 #include "silvafit/data/expression_parts.hpp"
 
 namespace silvafit::fit {
@@ -14,16 +15,6 @@ namespace {
 
 using NameList = std::vector<std::string>;
 using Values = std::map<std::string, double>;
-
-/// "a", "a and b", "a, b and c".
-std::string enumerated(const NameList& names, std::string_view last = "and") {
-  std::string text;
-  for (std::size_t k = 0; k < names.size(); ++k) {
-    if (k > 0) text += k + 1 == names.size() ? fmt::format(" {} ", last) : ", ";
-    text += names[k];
-  }
-  return text;
-}
 
 /// Columns that the model reads.
 std::set<std::string> columns_of(const ModelSpecification& specification) {
@@ -63,10 +54,6 @@ NameList columns_meant(const std::string& name, const ModelSpecification& specif
   return meant;
 }
 
-void add_sentence(const std::string& sentence, std::string& text) {
-  text += (text.empty() ? "" : " ") + sentence;
-}
-
 void add_name(const std::string& name, NameDoubts& doubts) {
   if (std::ranges::find(doubts.names, name) == doubts.names.end()) doubts.names.push_back(name);
 }
@@ -92,13 +79,10 @@ void add_inseparable(const ModelSpecification& specification,
     });
     if (!is_doubtful) continue;
     for (const std::string& name : found.names) add_name(name, doubts);
-    add_sentence(
-        fmt::format("{} were taken as parameters, because they are not columns of the data ({}), "
-                    "and have one effect together only, {}; one of them may be a misspelt column.",
-                    enumerated(found.names),
-                    data::list_of(specification.data_columns),
-                    found.text),
-        doubts.text);
+    doubts.findings.push_back(
+        {.kind = Finding::Kind::kInseparable,
+         .names = {
+             enumerated(found.names), data::list_of(specification.data_columns), found.text}});
   }
 }
 
@@ -114,19 +98,16 @@ NameDoubts name_doubts(const ModelSpecification& specification,
     const NameList meant = columns_meant(name, specification);
     if (meant.empty()) continue;
     add_name(name, doubts);
-    add_sentence(fmt::format("{} is not a column of the data and was taken as a parameter; did you "
-                             "mean the column {}?",
-                             name,
-                             enumerated(meant, "or")),
-                 doubts.text);
+    doubts.findings.push_back(
+        {.kind = Finding::Kind::kNameDoubt, .names = {name, enumerated(meant, "or")}});
   }
   add_inseparable(specification, doubtful, held, doubts);
   return doubts;
 }
 
-std::string parameters_taken(const ModelSpecification& specification,
-                             const std::set<std::string>& known,
-                             const std::set<std::string>& said) {
+std::vector<std::string> parameters_taken(const ModelSpecification& specification,
+                                          const std::set<std::string>& known,
+                                          const std::set<std::string>& said) {
   NameList doubtful = unconfirmed(specification, known);
   std::erase_if(doubtful, [&](const std::string& name) { return said.contains(name); });
   if (specification.data_columns.empty() || doubtful.empty()) return {};
@@ -138,7 +119,7 @@ std::string parameters_taken(const ModelSpecification& specification,
     if (!near.empty()) text += fmt::format(" (near the column {})", enumerated(near, "or"));
     texts.push_back(std::move(text));
   }
-  return fmt::format("Names that are not columns were taken as parameters: {}.", enumerated(texts));
+  return texts;
 }
 
 }  // namespace silvafit::fit

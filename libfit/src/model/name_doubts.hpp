@@ -7,13 +7,14 @@
 #include <string>
 #include <vector>
 
+#include "silvafit/fit/finding.hpp"
 #include "silvafit/fit/model_specification.hpp"
 
 namespace silvafit::fit {
 
 struct NameDoubts {
   std::vector<std::string> names{};  ///< that may be misspelt columns
-  std::string text{};                ///< the sentences about them; empty if there are none
+  std::vector<Finding> findings{};   ///< about them
 };
 
 /// Doubts that hold whatever the fit is: a name near that of a column, and parameters that have one
@@ -24,11 +25,11 @@ NameDoubts name_doubts(const ModelSpecification& specification,
                        const std::set<std::string>& known,
                        const std::map<std::string, double>& held);
 
-/// The sentence for a fit that failed: all names that were taken as parameters, and columns near
-/// them. Empty if all of them are known or said.
+/// For a fit that failed: all names that were taken as parameters, each with the columns near it.
+/// None if all of them are known or said.
 /// \param said  names of which the message speaks already
-std::string parameters_taken(const ModelSpecification& specification,
-                             const std::set<std::string>& known,
-                             const std::set<std::string>& said);
+std::vector<std::string> parameters_taken(const ModelSpecification& specification,
+                                          const std::set<std::string>& known,
+                                          const std::set<std::string>& said);
 
 }  // namespace silvafit::fit

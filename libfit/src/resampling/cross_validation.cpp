@@ -107,25 +107,41 @@ VectorXd log_densities(const FittedModel& fit, const data::Table& rows, const Pr
 }
 
 /// The observations that are used as measured if their group is left out: some of each group of
-/// the random effects (of the finer grouping).
+/// the random effects (of the finer grouping) or, with crossed ones, of each group that is left
+/// out.
 std::vector<bool> drawn_measured(const NonlinearModel& model,
+                                 const data::TextColumn& left_out,
                                  const CrossValidationOptions& options) {
   std::vector<bool> is_measured(static_cast<std::size_t>(model.observations()), false);
   if (options.measured == 0) return is_measured;
-  for (Index g = 0; g < model.group_count(); ++g) {
-    std::vector<Index> trees(
-        static_cast<std::size_t>(model.group_begin(g + 1) - model.group_begin(g)));
-    std::iota(trees.begin(), trees.end(), model.group_begin(g));
-    Random random(options.seed, static_cast<std::uint64_t>(g) + 1);
+  std::vector<std::vector<std::size_t>> trees_of;
+  if (model.crossed() != nullptr) {
+    trees_of.resize(left_out.levels().size());
+    for (std::size_t row = 0; row < left_out.size(); ++row) {
+      trees_of[left_out.code(row)].push_back(row);
+    }
+  } else {
+    for (Index g = 0; g < model.group_count(); ++g) {
+      trees_of.emplace_back(
+          static_cast<std::size_t>(model.group_begin(g + 1) - model.group_begin(g)));
+      std::iota(trees_of.back().begin(),
+                trees_of.back().end(),
+                static_cast<std::size_t>(model.group_begin(g)));
+    }
+  }
+  for (std::size_t g = 0; g < trees_of.size(); ++g) {
+    std::vector<std::size_t>& trees = trees_of[g];
+    Random random(options.seed, g + 1);
     for (std::size_t k = 0; k < std::min(options.measured, trees.size()); ++k) {
       std::swap(trees[k], trees[k + random.below(trees.size() - k)]);
-      is_measured[static_cast<std::size_t>(trees[k])] = true;
+      is_measured[trees[k]] = true;
     }
   }
   return is_measured;
 }
 
-/// Predictions of the trees of left-out groups that are not measured, from those that are.
+/// Predictions of the trees of left-out groups that are not measured, from those that are. Crossed
+/// groups that are in the fit, such as years, have what is known of them by the fit.
 VectorXd calibrated(const FittedModel& fit,
                     const data::Table& left_out,
                     const std::vector<bool>& is_measured) {
@@ -137,7 +153,10 @@ VectorXd calibrated(const FittedModel& fit,
     if (!is_measured[row]) measured[row] = data::kMissing;
   }
   known.set(response, std::move(measured));
-  const Calibration calibration = calibrate(fit, known, {.seen_groups = SeenGroups::kNew});
+  const bool has_seen = are_crossed(fit.specification.random);
+  const CalibrationOptions options{.seen_groups =
+                                       has_seen ? SeenGroups::kFitted : SeenGroups::kNew};
+  const Calibration calibration = calibrate(fit, known, options);
   VectorXd result = predict(with_groups(fit, calibration), left_out, Level::kConditional).value;
   for (std::size_t row = 0; row < is_measured.size(); ++row) {
     if (is_measured[row]) result[static_cast<Index>(row)] = kNaN;
@@ -289,11 +308,6 @@ CrossValidation cross_validate(const FittedModel& fit,
   if (options.measured > 0 && !fit.has_random_effects()) {
     throw UsageError("a model without random effects cannot be calibrated with measured trees");
   }
-  if (options.measured > 0 && are_crossed(fit.specification.random)) {
-    throw UsageError(
-        "effects of groups that are left out cannot be estimated from measured trees with crossed "
-        "random effects or more than two levels of groups; choose `measured` 0");
-  }
   const NonlinearModel model(fit.specification, table);
   result.measured = options.measured;
   result.rows = model.rows();
@@ -308,7 +322,7 @@ CrossValidation cross_validate(const FittedModel& fit,
   }
   const std::vector<std::vector<std::size_t>> left_out = rows_of_folds(result.fold, result.folds);
   const std::vector<FoldPrediction> folds = predicted_folds(
-      fit, all.table, result.fold, left_out, drawn_measured(model, options), options);
+      fit, all.table, result.fold, left_out, drawn_measured(model, all.labels, options), options);
   collect(folds, left_out, result);
   for (std::size_t k = 0; k < folds.size(); ++k) {
     if (folds[k].failure.empty()) continue;

@@ -228,3 +228,84 @@ TEST_CASE("calibration with measured trees of a left-out group agrees with BLUP 
   CHECK(result.calibrated_count == table.rows() - 32 * measured);
   CHECK(result.calibrated_statistics.rmse < result.uncalibrated_statistics.rmse);
 }
+
+TEST_CASE("calibration of a left-out crossed group agrees with BLUP theory") {
+  // A third of the plots' visits is missing; two trees at each.
+  Random random(3);
+  std::vector<double> of_plot(12);
+  std::vector<double> of_year(6);
+  for (double& effect : of_plot) effect = random.normal(0.0, 1.2);
+  for (double& effect : of_year) effect = random.normal(0.0, 0.7);
+  data::TextColumn plots;
+  data::TextColumn years;
+  std::vector<double> x;
+  std::vector<double> y;
+  for (std::size_t plot = 0; plot < of_plot.size(); ++plot) {
+    for (std::size_t year = 0; year < of_year.size(); ++year) {
+      for (int tree = 0; tree < 2 && (plot + 2 * year) % 3 != 0; ++tree) {
+        plots.append("P" + std::to_string(plot));
+        years.append("Y" + std::to_string(year));
+        x.push_back(random.uniform(-1.0, 3.0));
+        y.push_back(4.0 + of_plot[plot] + of_year[year] + 1.5 * x.back() + random.normal(0.0, 0.5));
+      }
+    }
+  }
+  data::Table table;
+  table.set("plot", plots);
+  table.set("year", years);
+  table.set("x", x);
+  table.set("y", y);
+  ModelSpecification model = specify_model("y ~ a + b*x", {}, table);
+  add_random_effects(model, "a | plot + year", table);
+  const FittedModel fit = fit_model(model, table).fit;
+  const std::size_t measured = 3;
+  const CrossValidation result =
+      cross_validate(fit, table, {.folds = 0, .group = "plot", .measured = measured, .seed = 5});
+  for (const std::string plot : {"P0", "P7"}) {
+    std::vector<std::size_t> others;
+    for (std::size_t row = 0; row < table.rows(); ++row) {
+      if (plots[row] != plot) others.push_back(row);
+    }
+    const FittedModel without = fit_model(model, table.select(others)).fit;
+    std::vector<std::size_t> known = others;
+    std::vector<Index> predicted;
+    for (std::size_t i = 0; i < result.rows.size(); ++i) {
+      if (plots[result.rows[i]] != plot) continue;
+      const auto at = static_cast<Index>(i);
+      std::isnan(result.calibrated[at]) ? known.push_back(result.rows[i]) : predicted.push_back(at);
+    }
+    REQUIRE(known.size() == others.size() + measured);
+    // The effects' best linear prediction from the trees of the fit and the measured ones.
+    const double of_plots = without.random[0].covariance(0, 0);
+    const double of_years = without.random[1].covariance(0, 0);
+    const auto covariance = [&](std::size_t left, std::size_t right) {
+      return (plots[left] == plots[right] ? of_plots : 0.0) +
+             (years[left] == years[right] ? of_years : 0.0);
+    };
+    const auto line = [&](std::size_t row) {
+      return without.estimate[0] + without.estimate[1] * x[row];
+    };
+    const auto n = static_cast<Index>(known.size());
+    Eigen::MatrixXd v(n, n);
+    Eigen::VectorXd residuals(n);
+    for (Index i = 0; i < n; ++i) {
+      const std::size_t row = known[static_cast<std::size_t>(i)];
+      residuals[i] = y[row] - line(row);
+      for (Index j = 0; j < n; ++j) {
+        v(i, j) = covariance(row, known[static_cast<std::size_t>(j)]);
+      }
+      v(i, i) += without.sigma * without.sigma;
+    }
+    const Eigen::VectorXd weights = v.llt().solve(residuals);
+    for (const Index at : predicted) {
+      const std::size_t row = result.rows[static_cast<std::size_t>(at)];
+      double expected = line(row);
+      for (Index i = 0; i < n; ++i) {
+        expected += weights[i] * covariance(row, known[static_cast<std::size_t>(i)]);
+      }
+      // Two fits that have converged to within 1e-6 standard errors.
+      CHECK(result.calibrated[at] == Approx(expected).margin(1e-5));
+    }
+  }
+  CHECK(result.calibrated_statistics.rmse < result.uncalibrated_statistics.rmse);
+}

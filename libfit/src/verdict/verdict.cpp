@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "silvafit/base/text.hpp"
 #include "silvafit/fit/finding.hpp"
 #include "verdict/verdict_texts.hpp"
 
@@ -19,13 +20,6 @@ constexpr std::string_view kUnbounded =
     "the "
     "part of the curve that [it describes|they describe]. Use a model with fewer coefficients.";
 
-/// "a, b and c".
-std::string listed(const std::vector<std::string>& names, std::string_view last = "and") {
-  if (names.size() < 2) return names.empty() ? std::string() : names.front();
-  return fmt::format(
-      "{} {} {}", fmt::join(names.begin(), names.end() - 1, ", "), last, names.back());
-}
-
 /// "fewer random effects or a simpler variance function", as far as the model has them.
 std::string simpler(const Reducible& model) {
   std::vector<std::string> ways;
@@ -33,7 +27,7 @@ std::string simpler(const Reducible& model) {
   if (model.covariances) ways.emplace_back("a diagonal covariance matrix");
   if (model.variance) ways.emplace_back("a simpler variance function");
   if (model.correlation) ways.emplace_back("a simpler correlation of the residuals");
-  return ways.empty() ? "a curve with fewer coefficients" : listed(ways, "or");
+  return ways.empty() ? "a curve with fewer coefficients" : enumerated(ways, "or");
 }
 
 /// "a = 1.2, b = 3": the names with the last values.
@@ -72,7 +66,7 @@ std::string sentence(const Finding& finding) {
   const auto add = [&arguments](const char* name, const auto& value) {
     arguments.push_back(fmt::arg(name, value));
   };
-  add("names", listed(finding.names));
+  add("names", enumerated(finding.names));
   add("each", fmt::format("{}", fmt::join(finding.names, "; ")));
   add("simpler", simpler(finding.reducible));
   if (finding.values.size() >= finding.names.size()) add("point", point(finding));

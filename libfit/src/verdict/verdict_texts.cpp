@@ -197,7 +197,12 @@ std::string_view text_of(Finding::Kind kind) {
        "estimates and their errors are not those of the measured rows. Use `where={a}_source == "
        "\"measured\"`."},
       {kCodesRead, "Codes read as missing values: {a}."},
-      {kNameDoubt, "{a}"},
+      {kNameDoubt,
+       "{a} is not a column of the data and was taken as a parameter; did you mean the column "
+       "{b}?"},
+      {kInseparable,
+       "{a} were taken as parameters, because they are not columns of the data ({b}), and have one "
+       "effect together only, {c}; one of them may be a misspelt column."},
 
       {kMovingMost, "The farthest from its optimum is {a}."},
       {kLinearModelInvalid, "The linear model there has no likelihood."},
@@ -274,7 +279,7 @@ std::string_view text_of(Finding::Kind kind) {
       {kAtBounds, "At its bound, with the likelihood decreasing into the range: {each}."},
       {kEndsAtBounds, "At its bound: {each}."},
       {kSampleStart, "Start values come from a sample of {x:.0f} observations."},
-      {kParametersTaken, "{a}"},
+      {kParametersTaken, "Names that are not columns were taken as parameters: {names}."},
   };
   return std::ranges::find(kTexts, kind, &Text::kind)->text;
 }

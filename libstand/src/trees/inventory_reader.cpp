@@ -255,6 +255,16 @@ bool InventoryReader::exclude_if_unlabeled(const InventoryRow& row) {
   return excluded;
 }
 
+/// A row that is not used shows, too, that its plot was visited and its tree was found.
+void InventoryReader::keep_time(const InventoryRow& row) {
+  const bool is_known = plan_.time_field && !is_missing(row.time) &&
+                        !is_missing(row.labels[kPlot]) && !is_missing(row.labels[kTree]);
+  if (!is_known) return;
+  skipped_.plot.append(row.labels[kPlot]);
+  skipped_.tree.append(row.labels[kTree]);
+  skipped_.time.append(row.time);
+}
+
 /// Excludes rows of dead or cut trees, unless they are to be used.
 bool InventoryReader::set_aside_if_dead(const InventoryRow& row, TreeStatus status) {
   const bool is_used = status == TreeStatus::kAlive || options_.dead == DeadTrees::kInclude ||
@@ -264,11 +274,7 @@ bool InventoryReader::set_aside_if_dead(const InventoryRow& row, TreeStatus stat
   exclude(row, status_.header(), row.status, fmt::format("the tree is {}", name_of(status)));
   result_.excluded.back().is_problem = false;
   ++result_.excluded_tree_count;
-  if (plan_.time_field && !is_missing(row.time) && status != TreeStatus::kNotInSample) {
-    gone_.plot.append(row.labels[kPlot]);
-    gone_.tree.append(row.labels[kTree]);
-    gone_.time.append(row.time);
-  }
+  if (status != TreeStatus::kNotInSample) keep_time(row);
   return true;
 }
 
@@ -310,6 +316,7 @@ void InventoryReader::accept_or_exclude(InventoryRow& row) {
   }
   if (excluded) {
     ++result_.excluded_tree_count;
+    keep_time(row);
     return;
   }
   has_cw_from_radii_ = has_cw_from_radii_ || is_cw_from_radii;
@@ -500,7 +507,7 @@ CheckedInventory InventoryReader::read() {
   inventory.expansion = plan_.expansion;
   kept_rows_.clear();
   times_ = {};
-  gone_ = {};
+  skipped_ = {};
   rows_before_ = row_count_;
   while (read_block()) {
     for (std::size_t i = 0; i < block_size_; ++i) accept_or_exclude(block_[i]);

@@ -78,6 +78,7 @@ class InventoryReader {
   void require_clear_marks() const;
   void require_direction(const ExpressionField& source, double value) const;
   void find_missing_zeros(Measures& measures);
+  void keep_time(const InventoryRow& row);
   bool set_aside_if_dead(const InventoryRow& row, TreeStatus status);
   void count_empty_plots(const InventoryRow& row);
   std::string note_on_dead() const;
@@ -114,7 +115,7 @@ class InventoryReader {
   std::size_t rows_before_ = 0;           ///< in earlier parts
   std::vector<std::size_t> kept_rows_{};  ///< position in the table or part of each tree, from 0
   data::TextColumn times_{};              ///< of each tree, if there is a column of times
-  TimedTrees gone_{};                     ///< dead and cut trees, likewise
+  TimedTrees skipped_{};                  ///< trees of rows that are not used, likewise
   SharedPlotLabels shared_labels_{};
   SharedPlotLabels plots_of_locations_{};
   RepeatedNumbers repeated_numbers_{};

@@ -241,10 +241,10 @@ void keep_rows(const std::vector<std::size_t>& rows,
 
 RepeatedTrees repeated_trees(const Inventory& inventory,
                              const data::TextColumn& times,
-                             const TimedTrees& gone) {
+                             const TimedTrees& skipped) {
   RepeatedTrees result;
   std::vector<RepeatedTree>& repeated = result.rows;
-  const std::vector<std::string> later = later_visits(inventory, times, gone, result.visits);
+  const std::vector<std::string> later = later_visits(inventory, times, skipped, result.visits);
   std::vector<std::size_t> order;
   for (std::size_t row = 0; row < inventory.size(); ++row) {
     if (later[row].empty()) {
@@ -282,12 +282,12 @@ RepeatedTrees repeated_trees(const Inventory& inventory,
 
 void resolve_repeated_trees(const std::string& tree_column,
                             const data::TextColumn& times,
-                            const TimedTrees& gone,
+                            const TimedTrees& skipped,
                             CheckedInventory& checked,
                             std::vector<std::size_t>& positions,
                             RepeatedNumbers& numbers) {
   Inventory& inventory = checked.inventory;
-  const auto [repeated, visits] = repeated_trees(inventory, times, gone);
+  const auto [repeated, visits] = repeated_trees(inventory, times, skipped);
   numbers.visits.add(visits);
   if (repeated.empty()) return;
   std::vector<std::size_t> kept;
@@ -351,7 +351,7 @@ void InventoryReader::compare_trees() {
     compare_measurements();
   } else {
     resolve_repeated_trees(
-        plan_.labels[kTree].text, times_, gone_, result_, kept_rows_, repeated_numbers_);
+        plan_.labels[kTree].text, times_, skipped_, result_, kept_rows_, repeated_numbers_);
   }
   if (!options_.case_sensitive) spellings_.unify(result_.inventory.species);
 }

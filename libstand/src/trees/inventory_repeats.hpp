@@ -29,13 +29,13 @@ struct RepeatedNumbers {
 
 /// Excludes repeated rows of a tree, and gives new ids to other trees with the same number.
 /// \param tree_column  name of the column of tree ids in the file
-/// \param times, gone  as of repeated_trees
+/// \param times, skipped  as of repeated_trees
 /// \param checked      gets the exclusions, in the order of lines
 /// \param positions    for each tree its row of the file; loses those of excluded rows
 /// \param numbers      gets the trees with new ids
 void resolve_repeated_trees(const std::string& tree_column,
                             const data::TextColumn& times,
-                            const TimedTrees& gone,
+                            const TimedTrees& skipped,
                             CheckedInventory& checked,
                             std::vector<std::size_t>& positions,
                             RepeatedNumbers& numbers);

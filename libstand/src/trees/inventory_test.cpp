@@ -307,6 +307,11 @@ TEST_CASE("a plot is described by its last visit") {
   const CheckedInventory dead =
       read_inventory_text(header + early + "1,1,A,20,2020,dead\n1,2,A,30,2020,cut\n" + other);
   CHECK(dead.inventory.dbh_cm == std::vector<double>{40});
+  // A tree whose last row is invalid was found there.
+  const CheckedInventory invalid =
+      read_inventory_text(header + early + late + "1,2,A,x,2020,alive\n");
+  CHECK(invalid.inventory.dbh_cm == std::vector<double>{14, 25, 8});
+  CHECK_FALSE(has_note(invalid, "is gone"));
 }
 
 TEST_CASE("times of a plot are several visits if trees come again after a quarter of a year") {

@@ -130,7 +130,9 @@ LastVisit last_visit(std::vector<TimeOfPlot>& times, const Place& place) {
 /// The plots that have rows of several times.
 class PlotsAtTimes {
  public:
-  PlotsAtTimes(const Inventory& inventory, const data::TextColumn& times, const TimedTrees& gone);
+  PlotsAtTimes(const Inventory& inventory,
+               const data::TextColumn& times,
+               const TimedTrees& skipped);
   std::map<std::uint32_t, std::vector<TimeOfPlot>> take() && { return std::move(plots_); }
 
  private:
@@ -144,19 +146,20 @@ class PlotsAtTimes {
 
 PlotsAtTimes::PlotsAtTimes(const Inventory& inventory,
                            const data::TextColumn& times,
-                           const TimedTrees& gone)
+                           const TimedTrees& skipped)
     : first_time_(inventory.plot.levels().size()), has_several_(first_time_.size(), 0) {
-  const auto for_each = [&](const auto& use, const auto& use_gone) {
+  const auto for_each = [&](const auto& use, const auto& use_skipped) {
     for (std::size_t row = 0; row < times.size(); ++row) {
       if (!times.is_missing(row) && !inventory.plot.is_missing(row)) use(row);
     }
-    for (std::size_t i = 0; i < gone.time.size(); ++i) {
-      const std::uint32_t plot = inventory.plot.code_of(gone.plot[i]);
-      if (plot != data::TextColumn::kMissingCode && !gone.time.is_missing(i)) use_gone(i, plot);
+    for (std::size_t i = 0; i < skipped.time.size(); ++i) {
+      const std::uint32_t plot = inventory.plot.code_of(skipped.plot[i]);
+      if (plot != data::TextColumn::kMissingCode && !skipped.time.is_missing(i))
+        use_skipped(i, plot);
     }
   };
   for_each([&](std::size_t row) { find_several(inventory.plot.code(row), times[row]); },
-           [&](std::size_t i, std::uint32_t plot) { find_several(plot, gone.time[i]); });
+           [&](std::size_t i, std::uint32_t plot) { find_several(plot, skipped.time[i]); });
   for_each(
       [&](std::size_t row) {
         TimeOfPlot* const time = time_of(inventory.plot.code(row), times[row]);
@@ -168,8 +171,8 @@ PlotsAtTimes::PlotsAtTimes(const Inventory& inventory,
         time->rows.push_back(row);
       },
       [&](std::size_t i, std::uint32_t plot) {
-        TimeOfPlot* const time = time_of(plot, gone.time[i]);
-        if (time != nullptr) time->trees.push_back({.tree = gone.tree[i], .is_alive = false});
+        TimeOfPlot* const time = time_of(plot, skipped.time[i]);
+        if (time != nullptr) time->trees.push_back({.tree = skipped.tree[i], .is_alive = false});
       });
 }
 
@@ -230,11 +233,11 @@ std::vector<std::string> VisitCounts::notes() const {
 
 std::vector<std::string> later_visits(const Inventory& inventory,
                                       const data::TextColumn& times,
-                                      const TimedTrees& gone,
+                                      const TimedTrees& skipped,
                                       VisitCounts& counts) {
   std::vector<std::string> later(inventory.size());
   if (times.size() == 0) return later;
-  for (auto& [plot, of_plot] : PlotsAtTimes(inventory, times, gone).take()) {
+  for (auto& [plot, of_plot] : PlotsAtTimes(inventory, times, skipped).take()) {
     const Place place{.file = inventory.file, .plot = std::string(inventory.plot.levels()[plot])};
     const auto [begin, is_mixed, unseen] = last_visit(of_plot, place);
     VisitCounts found;

@@ -20,7 +20,7 @@ inline constexpr double kResurveyMeters = 1.0;
 /// \return        for each row of an earlier visit the time of the plot's last one, else empty
 std::vector<std::string> later_visits(const Inventory& inventory,
                                       const data::TextColumn& times,
-                                      const TimedTrees& gone,
+                                      const TimedTrees& skipped,
                                       VisitCounts& counts);
 
 }  // namespace silvafit::stand

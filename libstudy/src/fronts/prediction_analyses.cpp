@@ -214,14 +214,9 @@ AnalysisWork predict_work(AnalysisCall& call) {
   };
 }
 
-/// The random effects of the groups of the last term, with the labels of these.
+/// The random effects of the groups of each term, with their labels: a table "groups 1", ...
 AnalysisWork calibrate_work(AnalysisCall& call) {
   const auto settings = call.read_with_threads<PredictionSettings>();
-  if (fit::are_crossed(call.fit().specification.random)) {
-    throw UsageError(
-        "a table of effects has one grouping, but crossed groups are estimated together; predict "
-        "with `level` calibrated");
-  }
   const fit::CalibrationOptions options{.seen_groups = settings.seen_groups,
                                         .threads = settings.threads};
   return [fit = &call.fit(),
@@ -231,17 +226,19 @@ AnalysisWork calibrate_work(AnalysisCall& call) {
     AnalysisResult result;
     const Table rows = rows_for(*fit, table, catalogue.get(), true, result.warnings);
     const fit::Calibration found = fit::calibrate(*fit, rows, options);
-    const fit::CalibratedEffects& last = found.random.back();
-    Table groups(last.labels.size());
-    data::TextColumn labels;
-    for (const std::string& label : last.labels) labels.append(label);
-    groups.set("label", std::move(labels));
-    groups.set("measured", std::vector<double>(last.measured.begin(), last.measured.end()));
-    for (std::size_t k = 0; k < fit->random.back().names.size(); ++k) {
-      const Eigen::VectorXd effects = last.effects.row(static_cast<Eigen::Index>(k));
-      groups.set(fit->random.back().names[k], numbers(effects));
+    for (std::size_t term = 0; term < found.random.size(); ++term) {
+      const fit::CalibratedEffects& of = found.random[term];
+      Table groups(of.labels.size());
+      data::TextColumn labels;
+      for (const std::string& label : of.labels) labels.append(label);
+      groups.set("label", std::move(labels));
+      groups.set("measured", std::vector<double>(of.measured.begin(), of.measured.end()));
+      for (std::size_t k = 0; k < fit->random[term].names.size(); ++k) {
+        const Eigen::VectorXd effects = of.effects.row(static_cast<Eigen::Index>(k));
+        groups.set(fit->random[term].names[k], numbers(effects));
+      }
+      result.tables.emplace_back(fmt::format("groups {}", term + 1), std::move(groups));
     }
-    result.tables.emplace_back("groups", std::move(groups));
     return result;
   };
 }

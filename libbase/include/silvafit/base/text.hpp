@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace silvafit {
 
@@ -22,5 +23,9 @@ std::string with_visible_controls(std::string_view text);
 /// \param one   the words after the number 1
 /// \param many  the words after other numbers
 std::string counted(std::size_t count, std::string_view one, std::string_view many);
+
+/// "a", "a and b", "a, b and c"; empty without names.
+/// \param last  the word before the last name
+std::string enumerated(const std::vector<std::string>& names, std::string_view last = "and");
 
 }  // namespace silvafit

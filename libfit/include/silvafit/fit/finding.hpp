@@ -37,7 +37,7 @@ struct Finding {
     kHeldImpossible,
     // Before the result; the last finding comes first.
     kFallback, kFirstBefore = kFallback, kStartFailed, kNoneInside, kContainedDoubt, kKink,
-    kKinkRestricted, kKinkByQuadrature, kKinkFewPoints, kRangeDoubt, kTwoValues, kCounts, kMissingCode, kIsolatedCode, kImputedRows, kCodesRead, kNameDoubt,
+    kKinkRestricted, kKinkByQuadrature, kKinkFewPoints, kRangeDoubt, kTwoValues, kCounts, kMissingCode, kIsolatedCode, kImputedRows, kCodesRead, kNameDoubt, kInseparable,
     // After the result.
     kMovingMost, kFirstAfter = kMovingMost, kLinearModelInvalid, kEffectsDiverge, kStepsDoNotSettle,
     kPassLimit, kSquaresDiverge, kIterationLimit, kRangeUnbounded, kEvaluationLimit, kJumps,

@@ -9,11 +9,13 @@
 
 namespace silvafit::render {
 
-/// Pixels row by row from the upper left, three bytes each (sRGB).
+/// Pixels row by row from the upper left, three bytes each (sRGB), and a byte of opacity if the
+/// background is transparent.
 struct Picture {
   std::size_t width = 0;
   std::size_t height = 0;
   std::vector<std::uint8_t> rgb{};
+  std::vector<std::uint8_t> opacity{};  ///< none: all are opaque
 
   std::uint8_t* pixel(std::size_t x, std::size_t y) { return rgb.data() + 3 * (y * width + x); }
   const std::uint8_t* pixel(std::size_t x, std::size_t y) const {
@@ -21,8 +23,8 @@ struct Picture {
   }
 };
 
-/// Images of one size side by side, row by row, with a white gap between.
-/// \throws UsageError if there is none, the sizes differ, or columns is 0
+/// Images of one size side by side, row by row, with a gap between, white or transparent.
+/// \throws UsageError if there is none, their sizes or kinds differ, or columns is 0
 Picture contact_sheet(const std::vector<Picture>& pictures,
                       std::size_t columns,
                       std::size_t gap = 4);

@@ -89,6 +89,8 @@ struct RenderOptions {
   Camera camera{};
   SunPosition sun{};
   bool has_ground = true;  ///< a plane at the lowest point
+  /// The sky is not drawn: pixels are as opaque as the share of their rays that meets the scene.
+  bool is_transparent = false;
   std::uint64_t seed = 1;
   unsigned threads = 0;  ///< 0: one for each core
   /// Called when rows are done, from any thread.

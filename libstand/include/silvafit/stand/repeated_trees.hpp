@@ -23,7 +23,7 @@ struct RepeatedTree {
   std::string new_id{};             ///< of another tree: an id of its own, such as `64#2`
 };
 
-/// Trees that were measured, but are not rows of an inventory: dead and cut ones.
+/// Trees of rows that are not in an inventory: dead and cut ones, and those of invalid rows.
 struct TimedTrees {
   data::TextColumn plot{};
   data::TextColumn tree{};
@@ -59,11 +59,12 @@ struct RepeatedTrees {
 /// A row is of the same tree if both rows have the same position, stem and dbh or, without a
 /// position, the same stem and measures; or if they have different times and their distance is at
 /// most the error of a second survey, 1 m. Otherwise two trees (or two stems of one stool) have the
-/// same number. \param times  (N) when each row was measured, missing where unknown; empty: always
-/// unknown \param gone   dead and cut trees that are not in the inventory, whose times are visits,
-/// too \throws InputError if trees come again at times that have no order
+/// same number.
+/// \param times    (N) when each row was measured, missing where unknown; empty: always unknown
+/// \param skipped  rows that are not in the inventory, whose times are visits, too
+/// \throws InputError if trees come again at times that have no order
 RepeatedTrees repeated_trees(const Inventory& inventory,
                              const data::TextColumn& times,
-                             const TimedTrees& gone = {});
+                             const TimedTrees& skipped = {});
 
 }  // namespace silvafit::stand
