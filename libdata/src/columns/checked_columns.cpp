@@ -78,12 +78,26 @@ std::vector<double> checked_values(std::string_view text, const Table& table) {
   return evaluate(expression, table);
 }
 
-Table rows_where(std::string_view condition, const Table& table) {
+std::vector<std::size_t> rows_that_satisfy(std::string_view condition, const Table& table) {
   const std::vector<double> holds = checked_values(condition, table);
   std::vector<std::size_t> rows;
   for (std::size_t row = 0; row < holds.size(); ++row) {
-    if (!std::isnan(holds[row]) && holds[row] != 0.0) rows.push_back(row);
+    if (std::isnan(holds[row]) || holds[row] == 0.0) continue;
+    if (holds[row] != 1.0) {
+      throw UsageError(fmt::format("{} is {} here, and no condition, which is true or false; "
+                                   "compare it, as in {} > 0",
+                                   condition,
+                                   shortest(holds[row]),
+                                   condition),
+                       place_of(table, row, "`where`"));
+    }
+    rows.push_back(row);
   }
+  return rows;
+}
+
+Table rows_where(std::string_view condition, const Table& table) {
+  const std::vector<std::size_t> rows = rows_that_satisfy(condition, table);
   if (rows.empty()) {
     throw InputError(fmt::format("no row satisfies the condition {}", condition),
                      {.file = table.file()});

@@ -36,7 +36,12 @@ TEST_CASE("a condition selects rows, and is false if its values are missing") {
   CHECK(rows_where("dbh != 10", trees_to_check()).rows() == 2);
   CHECK(rows_where("!(dbh < 15)", trees_to_check()).rows() == 1);
   CHECK(rows_where("dbh < 15 || plot == \"08\"", trees_to_check()).rows() == 3);
-  CHECK(rows_where("tree", trees_to_check()).line(3) == 5);
+  CHECK_THROWS_WITH(rows_where("tree", trees_to_check()),
+                    Contains("tree is 2 here, and no condition, which is true or false"));
+  CHECK_THROWS_WITH(rows_where("dbh == 10 || 15", trees_to_check()),
+                    Contains("a number is no condition"));
+  CHECK_THROWS_WITH(rows_where("dbh > 1 && 15", trees_to_check()),
+                    Contains("a number is no condition"));
   CHECK_THROWS_WITH(rows_where("dbh > 99", trees_to_check()),
                     Contains("trees.csv: no row satisfies"));
   CHECK_THROWS_WITH(rows_where("species == SM", trees_to_check()),

@@ -176,9 +176,17 @@ class Parser {
       if (is_number(begin, bars)) {
         fail_at(fmt::format("'||' joins conditions, not numbers{}", advice_on('|')), bars);
       }
+      const std::size_t right = position_;
       left = make_operation(Operation::kOr, left, both());
+      require_condition(right);
     }
     return left;
+  }
+
+  /// `sp == 10 || 20` would be true for every row.
+  void require_condition(std::size_t begin) const {
+    if (!is_number(begin, position_)) return;
+    fail_at("a number is no condition; write each comparison, as in sp == 10 || sp == 20", begin);
   }
 
   /// Whether a part of the text is a number, which is no condition.
@@ -190,7 +198,11 @@ class Parser {
 
   NodePointer both() {
     NodePointer left = comparison();
-    while (accept("&&")) left = make_operation(Operation::kAnd, left, comparison());
+    while (accept("&&")) {
+      const std::size_t right = position_;
+      left = make_operation(Operation::kAnd, left, comparison());
+      require_condition(right);
+    }
     return left;
   }
 

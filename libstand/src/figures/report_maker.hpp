@@ -71,6 +71,7 @@ class ReportMaker {
   void note_areas();
   void note_trees_left_out();
   void note_plots_left_out();
+  void note_plots_without_trees();
   bool is_outside_note_of_units() const;
   std::string outside_text(bool are_neighbors) const;
   void note_strata();
@@ -117,6 +118,7 @@ class ReportMaker {
   std::size_t without_position_ = 0;
   std::size_t empty_ = 0;  ///< plots without trees
   std::vector<std::string> plots_left_out_{};
+  std::vector<std::string> plots_without_trees_{};  ///< but for those with a window
   std::unordered_set<std::string> windows_without_rows_{};
   std::vector<std::string> notes_on_strata_{};
   std::size_t without_trees_ = 0;  ///< plots that have no stratum because they have no trees

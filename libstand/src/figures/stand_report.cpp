@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string_view>
 #include <utility>
 
@@ -309,6 +310,10 @@ void ReportMaker::take_labels(const Inventory& inventory) {
   });
   plots_left_out_.insert(
       plots_left_out_.end(), inventory.plots_left_out.begin(), inventory.plots_left_out.end());
+  std::ranges::copy_if(
+      inventory.plots_without_trees,
+      std::back_inserter(plots_without_trees_),
+      [this](const std::string& plot) { return !windows_without_rows_.contains(plot); });
 }
 
 void ReportMaker::add(const Inventory& inventory) {

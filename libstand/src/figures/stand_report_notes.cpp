@@ -7,6 +7,7 @@
 
 #include "figures/report_maker.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/stand/similar_plots.hpp"
 #include "units/edge.hpp"
 
 namespace silvafit::stand {
@@ -42,6 +43,16 @@ void ReportMaker::note_areas() {
       plots_without_window_.text())});
 }
 
+/// Plots whose trees are all dead or cut count where their area is known.
+void ReportMaker::note_plots_without_trees() {
+  if (plots_without_trees_.empty()) return;
+  const bool is_counted = sample_ != nullptr || options_.plot_area_m2;
+  note({fmt::format("{} no living tree and {}: {}",
+                    counted(plots_without_trees_.size(), "plot has", "plots have"),
+                    is_counted ? "counts as empty" : "is not counted, because its area is unknown",
+                    data::list_of(plots_without_trees_))});
+}
+
 void ReportMaker::note_trees_left_out() {
   outside_ -= without_window_;
   if (without_position_ > 0) {
@@ -50,8 +61,9 @@ void ReportMaker::note_trees_left_out() {
                   "trees without position are not counted")});
   }
   if (outside_ > 0) note({outside_text(is_outside_note_of_units())});
-  if (empty_ > 0) {
-    note({counted(empty_,
+  const std::size_t with_window = options_.plot_area_m2 ? 0 : empty_;
+  if (with_window > 0) {
+    note({counted(with_window,
                   "plot with a window has no tree; it is counted as empty",
                   "plots with a window have no tree; they are counted as empty")});
   }
@@ -88,6 +100,20 @@ std::string ReportMaker::outside_text(bool are_neighbors) const {
 
 void ReportMaker::note_strata() {
   note(notes_on_strata_);
+  data::TextColumn names;
+  for (const StratumFigures& stratum : report_.strata) {
+    if (stratum.kind == StratumFigures::Kind::kStratum) names.append(stratum.name);
+  }
+  if (names.size() > 1) {
+    if (std::string similar = describe_similar_labels(names, "stratum"); !similar.empty()) {
+      note({std::move(similar)});
+    }
+    note({stratum_sizes_.empty()
+              ? "strata have no areas (`stratum_area` in the table of plots): the row of all takes "
+                "the plots of all strata as one sample"
+              : "tables of species and diameters are means of all plots, without the areas of "
+                "strata; `by=species` has estimates with them"});
+  }
   if (without_trees_ > 0) {
     note({counted(without_trees_,
                   "plot without trees belongs to no stratum and is skipped",
@@ -155,6 +181,7 @@ void ReportMaker::write_notes() {
   note_areas();
   if (sample_ == nullptr) note_trees_left_out();
   note_plots_left_out();
+  note_plots_without_trees();
   note_strata();
   note_units();
   note_single_plots();

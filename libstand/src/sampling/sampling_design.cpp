@@ -13,9 +13,11 @@
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/base/words.hpp"
 #include "silvafit/data/column_reference.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/stand/similar_plots.hpp"
+#include "trees/folded_text.hpp"
 #include "units/density_indices.hpp"
 #include "windows/coordinate_rounding.hpp"
 
@@ -100,6 +102,8 @@ class SampleMaker {
   DesignedSample sample_{};
 };
 
+constexpr double kHectaresPerAcre = 0.40468564224;
+
 /// The labels of a list, and a remark on almost equal labels of another list.
 std::string with_similar(const std::vector<std::string>& names,
                          const std::vector<std::string>& others) {
@@ -156,12 +160,21 @@ void SampleMaker::note_unmatched() {
             with_similar(of_table, without_row)),
         {.file = design_.plots->file, .column = "plot"});
   }
+  data::TextColumn unmatched;
+  for (const auto* const names : {&without_row, &without_trees}) {
+    for (const std::string& name : *names) unmatched.append(name);
+  }
+  if (const std::string similar = describe_similar_labels(unmatched); !similar.empty()) {
+    throw InputError("the plots of the inventory and of the table have other labels: " + similar +
+                         "; write them alike",
+                     {.file = design_.plots->file, .column = "plot"});
+  }
   if (!without_row.empty()) {
     sample_.notes.push_back(
         fmt::format("{} not in the table of plots{}: {}",
                     counted(without_row.size(), "plot is", "plots are"),
                     uses_table_areas() ? " and not counted, because the area is unknown" : "",
-                    with_similar(without_row, without_trees)));
+                    data::list_of(without_row)));
   }
   if (!without_trees.empty()) {
     sample_.notes.push_back(
@@ -223,6 +236,12 @@ void SampleMaker::find_expansions() {
       other,
       data::column_reference("expansion", design_.expansion, other.names(), inventory_.file),
       texts);
+  constexpr std::string_view kPerAcre = "tpa tpaunadj treesperacre stemsperacre treesac peracre";
+  if (has_word(kPerAcre, folded_letters(design_.expansion))) {
+    for (double& factor : expansions_) factor /= kHectaresPerAcre;
+    sample_.notes.push_back(
+        fmt::format("{} has trees per acre and is converted", design_.expansion));
+  }
   for (std::size_t tree = 0; tree < inventory_.size(); ++tree) {
     if (inventory_.is_neighbor_only(tree)) continue;
     if (expansions_[tree] >= 0.0 && std::isfinite(expansions_[tree])) continue;
@@ -478,8 +497,14 @@ void SampleMaker::add_areas() {
   }
 }
 
-/// Plots of the table without trees. Those whose rows were all skipped are unknown, not empty.
+/// Plots all of whose trees are dead or cut, and those of the table without trees. Those whose rows
+/// were all skipped are unknown, not empty.
 void SampleMaker::add_empty_plots() {
+  for (const std::string& plot : inventory_.plots_without_trees) {
+    const auto is_it = [&plot](const PlotRecord& record) { return record.plot == plot; };
+    if (design_.plots && std::ranges::any_of(design_.plots->plots, is_it)) continue;
+    if (auto area = area_of(plot, nullptr)) sample_.areas.push_back(std::move(*area));
+  }
   if (!design_.plots) return;
   for (const PlotRecord& record : design_.plots->plots) {
     if (inventory_.plot.code_of(record.plot) != data::TextColumn::kMissingCode) continue;

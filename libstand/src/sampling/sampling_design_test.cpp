@@ -9,6 +9,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/stand/stand_report.hpp"
+#include "test_support/inventory_test_support.hpp"
 #include "test_support/stand_test_support.hpp"
 
 using namespace silvafit;
@@ -205,7 +206,7 @@ TEST_CASE("Expansion factors of a column are those of FIA's trees") {
 
 TEST_CASE("Plots without trees are counted, and plots that do not match are listed") {
   const Inventory stand =
-      without_positions({{.dbh_cm = 20, .plot = "1"}, {.dbh_cm = 30, .plot = "07"}});
+      without_positions({{.dbh_cm = 20, .plot = "1"}, {.dbh_cm = 30, .plot = "7a"}});
   const PlotTable plots = plots_of("plot,area\n1,400\n2,400\n7,400\n");
   const DesignedSample sample = sample_of(stand, {.plots = plots});
   REQUIRE(sample.areas.size() == 3);
@@ -213,8 +214,40 @@ TEST_CASE("Plots without trees are counted, and plots that do not match are list
   CHECK(sample.areas[1].name == "2");
   CHECK(sample.areas[1].trees.empty());
   CHECK(says(sample.notes, "1 plot is not in the table of plots and not counted"));
-  CHECK(says(sample.notes, "'07' and '7'"));
+  CHECK(says(sample.notes, "not counted, because the area is unknown: 7a"));
   CHECK(says(sample.notes, "2 plots of the table have no tree and are counted as empty: 2, 7"));
+  const Inventory zeros =
+      without_positions({{.dbh_cm = 20, .plot = "1"}, {.dbh_cm = 30, .plot = "07"}});
+  CHECK_THROWS_WITH(sample_of(zeros, {.plots = plots}), Contains("'07' and '7'"));
+}
+
+TEST_CASE("Plots all of whose trees are dead or cut are empty plots") {
+  const CheckedInventory read = read_inventory_text(
+      "plot,tree,dbh,status\n1,1,20,alive\n1,2,25,alive\n2,1,20,dead\n2,2,25,cut\n3,1,30,alive\n"
+      "3,2,25,dead\n4,1,,alive\n4,2,20,dead\n");
+  // Of plot 4 a living tree without dbh is unknown.
+  CHECK(read.inventory.plots_without_trees == std::vector<std::string>{"2"});
+  StandReportOptions fixed;
+  fixed.plot_area_m2 = 500.0;
+  StandReportOptions circles;
+  circles.design.circles = {{.from_dbh_cm = 7.0, .radius_m = std::sqrt(500.0 / M_PI)}};
+  for (const StandReportOptions& options : {fixed, circles}) {
+    const StandReport report = stand_report(read.inventory, options);
+    REQUIRE(report.areas.size() == 3);
+    // 40, 0 and 20 trees per ha: mean 20, standard error 20/sqrt(3).
+    CHECK(report.strata.back().stems.per_ha == Approx(20.0).epsilon(1e-12));
+    CHECK(report.strata.back().stems.standard_error ==
+          Approx(20.0 / std::sqrt(3.0)).epsilon(1e-12));
+    CHECK(says(report.notes, "1 plot has no living tree and counts as empty: 2"));
+  }
+}
+
+TEST_CASE("Factors per acre are converted by the name of their column") {
+  Inventory stand = without_positions({{.dbh_cm = 20, .plot = "1"}, {.dbh_cm = 30, .plot = "1"}});
+  stand.other.set("TPA_UNADJ", std::vector<double>{6.018046, 6.018046});
+  const StandReport report = stand_report(stand, {.design = {.expansion = "TPA_UNADJ"}});
+  CHECK(report.areas[0].figures.stems_per_ha ==
+        Approx(2 * 6.018046 / 0.40468564224).epsilon(1e-13));
 }
 
 TEST_CASE("Strata of the table of plots are combined by their areas or weights") {

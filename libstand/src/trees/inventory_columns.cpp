@@ -9,10 +9,12 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/near_names.hpp"
+#include "silvafit/base/words.hpp"
 #include "silvafit/data/column_reference.hpp"
 #include "silvafit/stand/described_columns.hpp"
 #include "silvafit/stand/prepared_table.hpp"
 #include "trees/column_sources.hpp"
+#include "trees/folded_text.hpp"
 #include "trees/known_tables.hpp"
 #include "trees/usual_names.hpp"
 
@@ -39,6 +41,7 @@ class Planner {
   Source mapped(const ColumnMapping& mapping) const;
   void add_expansion(ColumnPlan& plan) const;
   std::optional<std::size_t> time_field() const;
+  void refuse_tally(const ColumnPlan& plan) const;
   std::vector<std::size_t> location_of_visits(const ColumnPlan& plan,
                                               const std::vector<ColumnMapping>& known) const;
   std::optional<std::size_t> stand_field(const ColumnPlan& plan) const;
@@ -244,6 +247,31 @@ std::vector<std::size_t> Planner::location_of_visits(
   return fields;
 }
 
+/// A tally has a row for each class of trees and their number.
+void Planner::refuse_tally(const ColumnPlan& plan) const {
+  constexpr std::string_view kNames =
+      "n count counts frequency freq ntrees treecount nstems stemcount stems tally anzahl "
+      "stuckzahl "
+      "nha nperha treesperha stemsperha";
+  if (plan.labels[kTree].exists()) return;
+  for (const std::string& name : header_) {
+    const std::string letters = folded_letters(name);
+    if (letters.empty() || !has_word(kNames, letters)) continue;
+    const auto reads = [&name](const ColumnMapping& other) {
+      return other.source.find(name) != std::string::npos;
+    };
+    if (std::ranges::any_of(plan.others, reads)) return;
+    throw InputError(
+        fmt::format("the column {} may be the number of trees of each row, but a row is one tree: "
+                    "give the trees per hectare of a row with `expansion`, such as "
+                    "`columns=each={}*10000/AREA` and `expansion=each`; if a row is one tree, name "
+                    "the column of its number with `columns=tree=COLUMN`",
+                    name,
+                    data::Expression::variable(name).text()),
+        {.file = file_, .column = name});
+  }
+}
+
 ColumnPlan Planner::plan() {
   ColumnPlan plan;
   const auto is_looked_for = [this](const std::string& name) {
@@ -283,6 +311,7 @@ ColumnPlan Planner::plan() {
   plan.is_placed_by_subplots = place != nullptr && plan.measures[kX].text == place->source &&
                                place->source.find("ifelse") != std::string::npos;
   plan.location = location_of_visits(plan, known);
+  refuse_tally(plan);
   plan.usual = std::move(usual_);
   return plan;
 }

@@ -248,6 +248,12 @@ bool InventoryReader::exclude_if_unlabeled(const InventoryRow& row) {
             fmt::format("the {} is missing", known_label(label).meaning));
     excluded = true;
   }
+  for (const Label label : {kPlot, kTree, kSpecies}) {
+    if (!is_summary_label(row.labels[label], label == kSpecies)) continue;
+    exclude(
+        row, plan_.labels[label].text, row.labels[label], "a row of sums or means is not a tree");
+    excluded = true;
+  }
   if (!options_.period.empty() && is_missing(row.time)) {
     exclude(row, options_.period, row.time, "the time of measurement is missing");
     excluded = true;
@@ -274,7 +280,12 @@ bool InventoryReader::set_aside_if_dead(const InventoryRow& row, TreeStatus stat
   exclude(row, status_.header(), row.status, fmt::format("the tree is {}", name_of(status)));
   result_.excluded.back().is_problem = false;
   ++result_.excluded_tree_count;
-  if (status != TreeStatus::kNotInSample) keep_time(row);
+  if (status == TreeStatus::kNotInSample) return true;
+  keep_time(row);
+  const std::string& plot = row.labels[kPlot];
+  if (!is_missing(plot) && (plots_of_dead_.empty() || plots_of_dead_.back() != plot)) {
+    plots_of_dead_.push_back(plot);
+  }
   return true;
 }
 
@@ -377,10 +388,18 @@ void InventoryReader::find_plots_left_out() {
   Inventory& inventory = result_.inventory;
   std::unordered_set<std::string_view> seen;
   for (const ExcludedRow& row : result_.excluded) {
-    if (!row.is_problem || is_missing(row.plot) || !seen.insert(row.plot).second) continue;
+    const bool is_unknown = row.is_problem && !is_missing(row.plot) && !is_summary_label(row.plot);
+    if (!is_unknown || !seen.insert(row.plot).second) continue;
     if (inventory.plot.code_of(row.plot) != data::TextColumn::kMissingCode) continue;
     inventory.plots_left_out.push_back(row.plot);
   }
+  // A part without a tree is not reported; the next one has its plots.
+  if (inventory.size() == 0) return;
+  for (std::string& plot : plots_of_dead_) {
+    const bool has_trees = inventory.plot.code_of(plot) != data::TextColumn::kMissingCode;
+    if (!has_trees && seen.insert(plot).second) inventory.plots_without_trees.push_back(plot);
+  }
+  plots_of_dead_.clear();
 }
 
 void InventoryReader::find_plot_lines() {

@@ -94,6 +94,7 @@ class InventoryReader {
   void count_findings();
   void compare_trees();
   void compare_measurements();
+  void refuse_unknown_visits() const;
   void find_plots_left_out();
   void find_plot_lines();
   [[noreturn]] void refuse_empty(const std::string& excluded) const;
@@ -127,8 +128,9 @@ class InventoryReader {
   data::MissingCodes codes_{};
   StatusColumn status_{};
   SpeciesSpellings spellings_{};
-  std::size_t empty_plots_ = 0;      ///< rows with an empty plot below a filled one
-  std::size_t empty_plots_run_ = 0;  ///< the last such rows
+  std::vector<std::string> plots_of_dead_{};  ///< without a living tree so far
+  std::size_t empty_plots_ = 0;               ///< rows with an empty plot below a filled one
+  std::size_t empty_plots_run_ = 0;           ///< the last such rows
   bool has_run_of_empty_plots_ = false;
 };
 

@@ -352,8 +352,22 @@ void InventoryReader::compare_trees() {
   } else {
     resolve_repeated_trees(
         plan_.labels[kTree].text, times_, skipped_, result_, kept_rows_, repeated_numbers_);
+    refuse_unknown_visits();
   }
   if (!options_.case_sensitive) spellings_.unify(result_.inventory.species);
+}
+
+/// Over many years, rows of a plot without a tree that comes again are not of one visit.
+void InventoryReader::refuse_unknown_visits() const {
+  const VisitCounts& visits = repeated_numbers_.visits;
+  if (!visits.is_long || !plan_.labels[kPlot].exists()) return;
+  throw InputError(
+      fmt::format("{} rows of several times, but no tree comes again ({}); if these are several "
+                  "visits, choose one with `where` or give trees the same numbers; if the column "
+                  "is not the time of measurement, name another one with `columns=year=COLUMN`",
+                  counted(visits.mixed, "plot has", "plots have"),
+                  visits.first_mixed),
+      {.file = file_, .column = csv_.header()[*plan_.time_field]});
 }
 
 /// Trees with the same number are compared within each time of measurement.

@@ -202,9 +202,9 @@ TEST_CASE("a tree that was measured again in another year is the same tree") {
     CHECK(checked.inventory.dbh_cm == std::vector<double>{24, 15, 21});
     CHECK(has_note(checked, "1 of these stands at the position of the other tree"));
   }
-  CHECK(problems(read_inventory_text("Jahr" + rows, with_columns("year=Jahr"))) == expected);
+  CHECK(problems(read_inventory_text("Zeit" + rows, with_columns("year=Zeit"))) == expected);
   // Without a time they could be stems of one stool, as the note states.
-  const CheckedInventory unknown = read_inventory_text("Jahr" + rows);
+  const CheckedInventory unknown = read_inventory_text("Zeit" + rows);
   CHECK(unknown.inventory.size() == 6);
   CHECK(has_note(unknown, "`columns=year=COLUMN`"));
 }
@@ -227,7 +227,7 @@ TEST_CASE("a tree without a position that was measured again is counted once") {
   CHECK_FALSE(has_note(checked, "year=COLUMN"));
   CHECK(has_note(checked, "the last visit is used (plot 1: 2015), 3 rows of earlier ones are"));
   CHECK(has_note(checked, "a `period` models"));
-  const CheckedInventory unknown = read_inventory_text("Jahr" + rows);
+  const CheckedInventory unknown = read_inventory_text("Zeit" + rows);
   CHECK(unknown.inventory.size() == 7);
   CHECK_FALSE(has_note(unknown, "`period`"));
   CHECK(has_note(unknown, "3 of these have no position; if they are later measurements"));
@@ -335,8 +335,19 @@ TEST_CASE("times of a plot are several visits if trees come again after a quarte
                  "1 plot has rows of several times, but no tree comes again (plot 1: 2019 and "
                  "2020): all are used as of one visit"));
   // Plots of other places with the same label and numbers of trees.
-  CHECK(read_inventory_text("plot,tree,x,y,dbh,year\n1,1,1,1,20,2019\n1,1,7,7,24,2023\n")
-            .inventory.dbh_cm == Sizes{20, 24});
+  const std::string places = "plot,tree,x,y,dbh,year\n1,1,1,1,20,2019\n1,1,7,7,24,";
+  CHECK(read_inventory_text(places + "2020\n").inventory.dbh_cm == Sizes{20, 24});
+  CHECK_THROWS_WITH(read_inventory_text(places + "2023\n"),
+                    Contains("no tree comes again (plot 1: 2019 and 2023)"));
+  // Sample trees of many years without plots are of no visit.
+  CHECK(read_inventory_text("dbh,year\n20,2009\n24,2023\n").inventory.dbh_cm == Sizes{20, 24});
+  // Other names of the time; the century of 98 is not known.
+  for (const char* name : {"Jahr", "INVYR", "census", "survey_year"}) {
+    CHECK(read_inventory_text(std::string("plot,tree,dbh,") + name + "\n1,1,20,1\n1,1,24,2\n")
+              .inventory.dbh_cm == Sizes{24});
+  }
+  CHECK_THROWS_WITH(dbh_of("1,1,20,98\n1,1,24,08\n"), Contains("measured again at 98"));
+  CHECK_THROWS_WITH(dbh_of("1,1,20,12.06.98\n1,1,24,12.06.08\n"), Contains("measured again at"));
   CHECK_THROWS_WITH(dbh_of("1,1,20,spring\n1,1,24,autumn\n"),
                     Contains("trees of spring were measured again at autumn"));
 }

@@ -43,6 +43,9 @@ std::optional<DateParts> parts_at(std::string_view text, char sign) {
 
 std::optional<double> years_of_day(int year, int month, int day) {
   using namespace std::chrono;
+  // The century of 98 is not known.
+  constexpr int kFirstYear = 1000;
+  if (year < kFirstYear) return std::nullopt;
   const year_month_day date{std::chrono::year(year),
                             std::chrono::month(static_cast<unsigned>(month)),
                             std::chrono::day(static_cast<unsigned>(day))};

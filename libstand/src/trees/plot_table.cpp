@@ -400,6 +400,9 @@ PlotTable PlotTableReader::read() {
     record.estimation_unit = text("estimation_unit", row);
     record.time = text(time, row);
     if (record.plot.empty()) problem(row, sources_.find("plot")->second, "the plot is missing");
+    if (is_summary_label(record.plot)) {
+      problem(row, sources_.find("plot")->second, "a row of sums or means is not a plot");
+    }
     if (!repeats(record, row)) result_.plots.push_back(std::move(record));
   }
   if (result_.plots.empty()) {

@@ -24,6 +24,12 @@ namespace {
 /// Years between the last day of one campaign and the first one of the next, at least.
 constexpr double kBetweenVisits = 0.25;
 
+/// Larger numbers are not those of visits; they may be years without their century.
+constexpr double kMostVisits = 50.0;
+
+/// The longest time within which trees are measured for one inventory [years]: two winters.
+constexpr double kLongestCampaign = 1.5;
+
 struct SeenTree {
   std::string_view tree{};
   double x = data::kMissing;
@@ -45,7 +51,7 @@ void read_time(TimeOfPlot& time) {
   double number = 0.0;
   if (const auto years = years_of(time.text)) {
     time.years = *years;
-  } else if (data::parse_number(time.text, number)) {
+  } else if (data::parse_number(time.text, number) && number < kMostVisits) {
     time.years = number;
   } else if (const std::size_t slash = time.text.rfind('/'); slash != std::string_view::npos) {
     // 5/6/2019 may be a day of May or of June; its year is known.
@@ -91,6 +97,7 @@ class Visit {
 struct LastVisit {
   std::size_t begin = 0;  ///< its first time
   bool is_mixed = false;  ///< it may be several visits: no tree comes again
+  bool is_long = false;   ///< the same, over more years than a campaign takes
   std::size_t unseen = 0;
 };
 
@@ -108,6 +115,7 @@ LastVisit last_visit(std::vector<TimeOfPlot>& times, const Place& place) {
         i > 0 && (!has_order || years_between(times[i - 1], times[i]) > kBetweenVisits);
     const bool is_later = may_be_later && visit.has_tree_of(times[i]);
     last.is_mixed = !is_later && (last.is_mixed || may_be_later);
+    last.is_long = last.is_mixed && years_between(times[last.begin], times[i]) > kLongestCampaign;
     if (is_later) {
       if (!has_order) {
         throw InputError(
@@ -196,7 +204,8 @@ TimeOfPlot* PlotsAtTimes::time_of(std::uint32_t plot, std::string_view text) {
 
 void VisitCounts::add(const VisitCounts& other) {
   if (plots == 0) first = other.first;
-  if (mixed == 0) first_mixed = other.first_mixed;
+  if (mixed == 0 || (other.is_long && !is_long)) first_mixed = other.first_mixed;
+  is_long = is_long || other.is_long;
   plots += other.plots;
   rows += other.rows;
   unseen += other.unseen;
@@ -239,7 +248,7 @@ std::vector<std::string> later_visits(const Inventory& inventory,
   if (times.size() == 0) return later;
   for (auto& [plot, of_plot] : PlotsAtTimes(inventory, times, skipped).take()) {
     const Place place{.file = inventory.file, .plot = std::string(inventory.plot.levels()[plot])};
-    const auto [begin, is_mixed, unseen] = last_visit(of_plot, place);
+    const auto [begin, is_mixed, is_long, unseen] = last_visit(of_plot, place);
     VisitCounts found;
     for (std::size_t i = 0; i < begin; ++i) {
       found.rows += of_plot[i].rows.size();
@@ -252,6 +261,7 @@ std::vector<std::string> later_visits(const Inventory& inventory,
     }
     if (is_mixed) {
       found.mixed = 1;
+      found.is_long = is_long;
       found.first_mixed =
           fmt::format("plot {}: {} and {}", place.plot, of_plot[begin].text, of_plot.back().text);
     }

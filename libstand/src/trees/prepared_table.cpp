@@ -193,6 +193,7 @@ class Preparation {
   void take_rows();
   void add_texts();
   void choose_rows();
+  std::string plots_lost(const Text& chosen) const;
   data::Table columns_of_condition() const;
   data::Table table_of(const Names& columns, Names text_columns) const;
   void add_column(const std::string& name,
@@ -319,27 +320,55 @@ data::Table Preparation::columns_of_condition() const {
   return table;
 }
 
+/// A condition on trees may take all trees of a plot, which then is in no mean per hectare.
+std::string Preparation::plots_lost(const Text& chosen) const {
+  const auto fields = fields_of("plot", header(), wanted_.columns, text_->name);
+  if (is_part_ || fields.empty()) return {};
+  const auto plots_in = [&fields](const Text& text) {
+    std::set<std::string> plots;
+    data::CsvReader rows(text);
+    Fields row;
+    while (rows.next(row)) {
+      std::string label;
+      for (const std::size_t field : fields) label.append(row[field]).append("+");
+      plots.insert(std::move(label));
+    }
+    return plots.size();
+  };
+  const std::size_t all = plots_in(text_);
+  const std::size_t lost = all - plots_in(chosen);
+  if (lost == 0) return {};
+  return fmt::format(
+      "; {} of {} plots have no such row and are not in the sample: if they were "
+      "measured, use `by`, or list all plots in a table of `plots`",
+      lost,
+      all);
+}
+
 void Preparation::choose_rows() {
   if (wanted_.where.empty()) return;
   data::Table table = columns_of_condition();
   table.set_origin(text_->name,
                    std::vector<std::uint32_t>(text_->lines.begin(), text_->lines.end()));
-  const std::vector<double> holds = data::checked_values(wanted_.where, table);
-  data::TableText chosen = empty_copy(*text_);
+  const std::vector<std::size_t> satisfying = data::rows_that_satisfy(wanted_.where, table);
+  auto chosen = std::make_shared<data::TableText>(empty_copy(*text_));
   data::CsvReader rows(text_);
   Fields fields;
-  for (std::size_t row = 0; rows.next(fields); ++row) {
-    if (!std::isnan(holds[row]) && holds[row] != 0.0) add_record(fields, rows.line(), chosen);
+  auto next = satisfying.begin();
+  for (std::size_t row = 0; rows.next(fields) && next != satisfying.end(); ++row) {
+    if (*next != row) continue;
+    add_record(fields, rows.line(), *chosen);
+    ++next;
   }
-  if (chosen.lines.empty() && !is_part_) {
+  if (chosen->lines.empty() && !is_part_) {
     throw InputError(fmt::format("no row satisfies the condition {}", wanted_.where),
                      {.file = text_->name});
   }
   const std::string rows_used =
       is_part_ ? "rows are chosen"
-               : fmt::format("{} of {} rows are used", chosen.lines.size(), text_->lines.size());
-  notes_.push_back(rows_used + ", by the condition " + wanted_.where);
-  text_ = std::make_shared<const data::TableText>(std::move(chosen));
+               : fmt::format("{} of {} rows are used", chosen->lines.size(), text_->lines.size());
+  notes_.push_back(rows_used + ", by the condition " + wanted_.where + plots_lost(chosen));
+  text_ = std::move(chosen);
 }
 
 PreparedTable Preparation::run() {

@@ -218,6 +218,7 @@ std::vector<SampledArea> sampled_areas(const Inventory& inventory, double plot_a
                      {.column = "`plot_area`"});
   }
   std::vector<SampledArea> areas = plots_of_unknown_area(inventory);
+  for (const std::string& plot : inventory.plots_without_trees) areas.push_back({.name = plot});
   for (SampledArea& area : areas) area.area_m2 = plot_area_m2;
   return areas;
 }

@@ -106,12 +106,7 @@ class Sample {
 /// The rows for which a condition holds, of which there may be none.
 data::Table chosen_rows(data::Table table, const std::string& condition) {
   if (condition.empty()) return table;
-  const std::vector<double> holds = data::checked_values(condition, table);
-  std::vector<std::size_t> rows;
-  for (std::size_t row = 0; row < holds.size(); ++row) {
-    if (!std::isnan(holds[row]) && holds[row] != 0.0) rows.push_back(row);
-  }
-  return table.select(rows);
+  return table.select(data::rows_that_satisfy(condition, table));
 }
 
 /// Part of each row of a table, which has the records of a text but for some.

@@ -93,7 +93,7 @@ expect_equal(ACF(ours, maxLag = 3, resType = "response"), ACF(theirs, maxLag = 3
 expect_equal(Variogram(ours, form = ~ age), Variogram(theirs, form = ~ age), tolerance = 1e-3)
 expect_equal(augPred(ours, level = 0:1), augPred(theirs, level = 0:1), tolerance = 1e-5)
 same(augPred(ours, ~ age, length.out = 11), augPred(theirs, ~ age, length.out = 11))
-plain <- update(ours, data = as.data.frame(Loblolly))
+plain <- update(ours, data = as.data.frame(Loblolly), random = Asym ~ 1 | Seed)
 same(augPred(plain)$height, augPred(ours)$height, 1e-6)
 other <- update(ours, random = R0 ~ 1)
 other_of_nlme <- update(theirs, random = R0 ~ 1)

@@ -27,9 +27,13 @@ void require_numeric(const Table& table, const std::vector<std::string>& variabl
 ///   its place in the text, or if a numeric column contains text
 std::vector<double> checked_values(std::string_view text, const Table& table);
 
-/// The rows of a table for which a condition is true, such as `species == "SM" && core == 1`. A
-/// condition with a missing value is false.
-/// \throws as checked_values; InputError if the condition is true for no row
+/// The rows for which a condition is true, such as `species == "SM" && core == 1`, of which there
+/// may be none. A condition with a missing value is false.
+/// \throws as checked_values; UsageError if its values are others than true and false, 1 and 0
+std::vector<std::size_t> rows_that_satisfy(std::string_view condition, const Table& table);
+
+/// The table of these rows.
+/// \throws as rows_that_satisfy; InputError if there are none
 Table rows_where(std::string_view condition, const Table& table);
 
 }  // namespace silvafit::data

@@ -79,6 +79,8 @@ struct Inventory {
 
   /// Plots of the file all of whose rows were skipped: their trees are unknown.
   std::vector<std::string> plots_left_out{};
+  /// Plots of the file all of whose trees are dead or cut: they are empty.
+  std::vector<std::string> plots_without_trees{};
   /// By code of `plot`: the line of its first row in the file, even if that row was skipped; none
   /// if the plots are in the order of these lines.
   std::vector<std::uint32_t> plot_lines{};

@@ -38,6 +38,7 @@ struct VisitCounts {
   std::string first{};        ///< such a plot and its last visit
   std::size_t mixed = 0;      ///< plots with several times at which no tree comes again
   std::string first_mixed{};  ///< such a plot and its times
+  bool is_long = false;       ///< these are more years apart than a campaign takes
 
   void add(const VisitCounts& other);
   std::vector<std::string> notes() const;

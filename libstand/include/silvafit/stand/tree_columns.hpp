@@ -148,12 +148,17 @@ std::optional<std::string> status_column(const std::vector<std::string>& header,
                                          DeadTrees dead,
                                          const std::string& file);
 
-/// The column of the time of measurement: year, else date, in upper or lower case; INVYR in FIA's
-/// table TREE.
+/// The column of the time of measurement: year, else date, in upper or lower case; else that of a
+/// known table, or one of other usual names of years, dates and visits.
 std::optional<std::string> usual_time_column(const std::vector<std::string>& header);
 
 /// The column that numbers the stems of a tree, by its usual names.
 std::optional<std::string> usual_stem_column(const std::vector<std::string>& header);
+
+/// Whether a label says that its row is a sum, mean or other figure of the rows above and no tree
+/// or plot: Total, Summe, Mittelwert.
+/// \param is_code  labels such as SD and MAX, which may be codes of species, do not count
+bool is_summary_label(std::string_view label, bool is_code = false);
 
 /// A mapping of a whole column to a measure, converted if the column's header or the row of units
 /// names another unit; any other mapping is unchanged.
