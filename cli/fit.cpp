@@ -84,7 +84,10 @@ study::ModelColumns model_columns(const FitArguments& arguments,
                                                               .random = texts.random,
                                                               .variance = texts.variance,
                                                               .correlation = texts.correlation});
-  return {.names = names, .wanted = columns_read(models, names), .keeps_spellings = true};
+  return {.names = names,
+          .random = texts.random,
+          .wanted = columns_read(models, names),
+          .keeps_spellings = true};
 }
 
 study::ReadTable read_data(const FitArguments& arguments,

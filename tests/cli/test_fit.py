@@ -375,6 +375,16 @@ class CorrelatedResiduals(ProgramTest):
         self.assertIn("correlation of the residuals: car1(age)", text)
         self.assertRegex(text, r"sigma [0-9.]+, phi 0\.8898")
 
+    def test_numbers_of_trees_that_recur_in_other_plots_are_named(self):
+        rows = [f"{plot},{tree},{year},{10 + plot + tree / 2 + year / 3 + (plot * tree * year) % 7 / 50}"
+                for plot in range(1, 5) for tree in range(1, 6) for year in range(5)]
+        self.write("recur.csv", "plot,tree,year,dbh\n" + "\n".join(rows) + "\n")
+        fit = ("fit", "recur.csv", "--formula", "dbh ~ a + b*year", "--random")
+        alone = self.run_program(*fit, "a | tree")
+        self.assertIn("5 labels of the column tree occur in several values of plot (1): each is one group here; if it "
+                      "is another tree in each of them, group by plot/tree", alone.stderr.replace("`", ""))
+        self.assertNotIn("in several values", self.run_program(*fit, "a | plot/tree").stderr)
+
     def test_a_time_that_is_repeated_or_missing_is_an_error_with_group_and_row(self):
         self.rows((3, 1, "4"))
         message = self.error("car1(age)")

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/median.hpp"
@@ -293,7 +294,15 @@ void OddValues::add(const Inventory& inventory) {
     if (column.range.largest == 0.0) continue;
     const std::vector<double>& values = values_of(inventory, i);
     for (std::size_t row = 0; row < values.size(); ++row) {
-      if (!(values[row] > column.range.largest) || beyond_[i].count++ > 0) continue;
+      Beyond& beyond = beyond_[i];
+      if (!std::isnan(values[row])) ++beyond.values;
+      if (values[row] > beyond.largest) {
+        beyond.next = std::exchange(beyond.largest, values[row]);
+        beyond.place = inventory.place(row);
+      } else if (values[row] > beyond.next && values[row] < beyond.largest) {
+        beyond.next = values[row];
+      }
+      if (!(values[row] > column.range.largest) || beyond.count++ > 0) continue;
       Place place = inventory.place(row);
       place.column = column.name;
       beyond_[i].first = describe(place, fmt::format("{} {} is odd", values[row], column.unit));
@@ -302,9 +311,24 @@ void OddValues::add(const Inventory& inventory) {
 }
 
 std::vector<std::string> OddValues::notes() const {
+  // A slip of the decimal point is a factor of 10; nearer to it than to 1 is more than its root.
+  constexpr double kSlip = 3.1623;
   std::vector<std::string> notes;
   for (std::size_t i = 0; i < kMeasureCount; ++i) {
     const std::size_t count = beyond_[i].count;
+    const auto& [first, ignored, values, largest, next, at] = beyond_[i];
+    if (count == 0 && values >= kEnoughTrees && next > 0.0 && largest > kSlip * next) {
+      Place place = at;
+      place.column = known_measure(i).name;
+      notes.push_back(describe(
+          place,
+          fmt::format(
+              "{} {} is {:.1f} times the next largest value, {}; is a decimal point missing?",
+              largest,
+              known_measure(i).unit,
+              largest / next,
+              next)));
+    }
     if (count == 0) continue;
     std::string note = beyond_[i].first;
     if (count > 1) {

@@ -44,6 +44,10 @@ class OddValues {
   struct Beyond {
     std::string first{};  ///< place and value
     std::size_t count = 0;
+    std::size_t values = 0;
+    double largest = 0.0;
+    double next = 0.0;  ///< the largest of the others
+    Place place{};      ///< of the largest
   };
   std::array<Beyond, kMeasureCount> beyond_{};
 };

@@ -289,6 +289,15 @@ TEST_CASE("a position of zeros or nines far from all others is asked about") {
   CHECK(read_inventory_text(utm + "1,12,0,0,20\n", trusting).inventory.size() == 13);
 }
 
+TEST_CASE("a value far above the next one may lack its decimal point") {
+  std::string rows = "plot,tree,dbh,h\n1,1,28.6,20\n1,2,35,22\n";
+  CHECK_FALSE(has_note(read_inventory_text(rows + "1,3,286,25\n"), "decimal point"));
+  for (int tree = 4; tree < 12; ++tree) rows += fmt::format("1,{},{},12\n", tree, 10 + tree);
+  CHECK_FALSE(has_note(read_inventory_text(rows + "1,3,80,25\n"), "decimal point"));
+  CHECK(has_note(read_inventory_text(rows + "1,3,286,25\n"),
+                 "286 cm is 8.2 times the next largest value, 35; is a decimal point missing?"));
+}
+
 TEST_CASE("a plot is described by its last visit") {
   // Plot 1: tree 2 died before 2020, tree 4 grew in; plot 2 was measured in 2018 only.
   const std::string header = "plot,tree,species,dbh,year,status\n";

@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <list>
+#include <map>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
@@ -15,6 +17,7 @@
 #include "silvafit/data/column_reference.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/program.hpp"
+#include "silvafit/fit/random_effects.hpp"
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/prepared_table.hpp"
 #include "silvafit/stand/similar_plots.hpp"
@@ -80,6 +83,7 @@ class TableReader {
   void unify_spellings();
   void read_status();
   void describe_labels();
+  void describe_recurring_groups();
   void resolve_repeated_rows(RepeatedRows rule);
   void note(std::string text) {
     if (!text.empty()) result_.recognized.push_back(std::move(text));
@@ -281,6 +285,50 @@ void TableReader::describe_labels() {
   }
 }
 
+/// Trees are numbered within plots, and plots within stands: as groups they need both.
+void TableReader::describe_recurring_groups() {
+  if (wishes_.random.empty() || wishes_.state != nullptr) return;
+  Names grouped;
+  for (const fit::RandomEffects& term : fit::parse_random_effects(wishes_.random)) {
+    grouped.push_back(term.group);
+  }
+  using Level = std::pair<const char*, const char*>;
+  for (const auto& [inner, outer] : {Level{"tree", "plot"}, Level{"plot", "stand"}}) {
+    const auto column_of = [this](const std::string& name) -> std::string {
+      const auto fields =
+          stand::fields_of(name, reader_.header(), wishes_.options.columns, reader_.file());
+      return fields.size() == 1 ? reader_.header()[fields.front()] : std::string();
+    };
+    const std::string group = column_of(inner);
+    const std::string within = column_of(outer);
+    const data::Table& table = result_.table;
+    const bool is_alone = !within.empty() && contains(grouped, group) &&
+                          !contains(grouped, within) && table.has(group) && table.has(within);
+    if (!is_alone) continue;
+    const data::TextColumn groups = table.labels(group);
+    const data::TextColumn places = table.labels(within);
+    std::map<std::uint32_t, std::uint32_t> first_place;
+    std::set<std::uint32_t> recurring;
+    for (std::size_t row = 0; row < groups.size(); ++row) {
+      if (groups.is_missing(row) || places.is_missing(row)) continue;
+      const auto known = first_place.try_emplace(groups.code(row), places.code(row)).first;
+      if (known->second != places.code(row)) recurring.insert(groups.code(row));
+    }
+    if (recurring.empty()) continue;
+    note(fmt::format(
+        "{} of the column {} {} in several values of {} ({}): each is one group here; if "
+        "it is another {} in each of them, group by `{}/{}`",
+        counted(recurring.size(), "label", "labels"),
+        group,
+        recurring.size() == 1 ? "occurs" : "occur",
+        within,
+        groups.levels()[*recurring.begin()],
+        inner,
+        within,
+        group));
+  }
+}
+
 TableReader::Result TableReader::read() {
   find_columns();
   read_table();
@@ -314,6 +362,7 @@ TableReader::Result TableReader::read() {
   resolve_repeated_rows(RepeatedRows::kOneOfEachTree);
   read_status();
   describe_labels();
+  describe_recurring_groups();
   resolve_repeated_rows(RepeatedRows::kObservations);
   return std::move(result_);
 }

@@ -102,6 +102,7 @@ ReadTable read_tree_table(const data::TableSource& source,
 /// The requirements of models for a table.
 struct ModelColumns {
   std::vector<std::string> names{};      ///< columns that keep their spelling ("07"), as models say
+  std::string random{};                  ///< random effects, whose groups may be numbered in others
   std::vector<std::string> wanted{};     ///< looked for under their usual names, too
   stand::StructuralUnitOptions units{};  ///< of indices that the settings' columns ask for: C=C
   bool keeps_spellings = false;          ///< species are what the source has
