@@ -90,9 +90,9 @@ class Growth(ProgramTest):
         self.assertEqual([tree["fate"] for tree in trees], ["survivor", "cut", "not found", "ingrowth"])
         self.assertAlmostEqual(float(trees[0]["id"]), 2 / years, delta=1e-9)
 
-    def test_the_first_measurement_is_the_stand(self):
+    def test_the_last_visit_is_the_stand(self):
         stand = self.run_json("stand", "trees.csv", "--plot-area", "500")
-        self.assertEqual(stand["all"]["trees"], 4)
+        self.assertEqual(stand["all"]["trees"], 2)
 
     def test_growth_needs_two_times(self):
         self.write("once.csv", "plot,tree,species,dbh\n1,1,A,20\n")
