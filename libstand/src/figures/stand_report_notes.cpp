@@ -109,8 +109,8 @@ void ReportMaker::note_strata() {
       note({std::move(similar)});
     }
     note({stratum_sizes_.empty()
-              ? "strata have no areas (`stratum_area` in the table of plots): the row of all takes "
-                "the plots of all strata as one sample"
+              ? "strata have no areas (column stratum_area of the table of plots): the row of all "
+                "takes the plots of all strata as one sample"
               : "tables of species and diameters are means of all plots, without the areas of "
                 "strata; `by=species` has estimates with them"});
   }
