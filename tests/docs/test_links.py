@@ -76,7 +76,7 @@ class Links(unittest.TestCase):
     def test_every_picture_is_shown_somewhere(self):
         shown = {(page.parent / target).resolve() for page in PAGES
                  for _, target in links(page.read_text(encoding="utf-8"))}
-        pictures = set((SOURCE / "docs/pictures").iterdir())
+        pictures = {file for file in (SOURCE / "docs/pictures").rglob("*") if file.is_file()}
         self.assertEqual(sorted(picture.name for picture in pictures - shown), [])
 
 
