@@ -253,7 +253,7 @@ void Planner::refuse_tally(const ColumnPlan& plan) const {
       "n count counts frequency freq ntrees treecount nstems stemcount stems tally anzahl "
       "stuckzahl "
       "nha nperha treesperha stemsperha";
-  if (plan.labels[kTree].exists()) return;
+  if (plan.labels[kTree].exists() || options_.trust_units) return;
   for (const std::string& name : header_) {
     const std::string letters = folded_letters(name);
     if (letters.empty() || !has_word(kNames, letters)) continue;
@@ -264,8 +264,8 @@ void Planner::refuse_tally(const ColumnPlan& plan) const {
     throw InputError(
         fmt::format("the column {} may be the number of trees of each row, but a row is one tree: "
                     "give the trees per hectare of a row with `expansion`, such as "
-                    "`columns=each={}*10000/AREA` and `expansion=each`; if a row is one tree, name "
-                    "the column of its number with `columns=tree=COLUMN`",
+                    "`columns=each={}*10000/AREA` and `expansion=each`; if a row is one tree, use "
+                    "`trust_units=true`",
                     name,
                     data::Expression::variable(name).text()),
         {.file = file_, .column = name});

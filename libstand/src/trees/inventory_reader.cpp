@@ -538,6 +538,7 @@ CheckedInventory InventoryReader::read() {
   const bool is_whole = of_ == BatchOf::kTable;
   const bool is_first = !has_trees_ && (is_whole || inventory.size() > 0);
   has_trees_ = has_trees_ || inventory.size() > 0;
+  if (is_whole && has_trees_) refuse_plots_without_column();
   if (is_first && !options_.trust_units) check_units(inventory, plan_, crown_base_above_top_);
   if (is_whole) {
     require_trees();
@@ -551,7 +552,6 @@ CheckedInventory InventoryReader::read() {
   read_other_columns();
   count_findings();
   if (!is_whole) return std::move(result_);
-  refuse_plots_without_column();
   result_.notes = notes();
   std::string similar_plots = describe_similar_labels(inventory.plot);
   if (!similar_plots.empty()) result_.notes.push_back(std::move(similar_plots));

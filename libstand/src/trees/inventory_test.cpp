@@ -289,6 +289,21 @@ TEST_CASE("a position of zeros or nines far from all others is asked about") {
   CHECK(read_inventory_text(utm + "1,12,0,0,20\n", trusting).inventory.size() == 13);
 }
 
+TEST_CASE("a tally is not taken for trees, nor rows of sums and means") {
+  const std::string tally = "plot,species,dbh,count\n1,A,12,14\n1,A,14,16\n";
+  CHECK_THROWS_WITH(read_inventory_text(tally),
+                    Contains("column count may be the number of trees"));
+  CHECK(read_inventory_text(tally, with_columns("tree=count")).inventory.size() == 2);
+  InventoryOptions trusting;
+  trusting.trust_units = true;
+  CHECK(read_inventory_text(tally, trusting).inventory.size() == 2);
+  const CheckedInventory sums = read_inventory_text(
+      "plot,tree,species,dbh\n1,1,A,20\n1,Mean,A,22\n1,2,MAX,24\n2,1,Total,40\nSumme,,,44\n");
+  // MAX may be the code of a species.
+  CHECK(sums.inventory.dbh_cm == std::vector<double>{20, 24});
+  CHECK(problems(sums).front() == "3 tree: a row of sums or means is not a tree");
+}
+
 TEST_CASE("a value far above the next one may lack its decimal point") {
   std::string rows = "plot,tree,dbh,h\n1,1,28.6,20\n1,2,35,22\n";
   CHECK_FALSE(has_note(read_inventory_text(rows + "1,3,286,25\n"), "decimal point"));
@@ -335,6 +350,7 @@ TEST_CASE("times of a plot are several visits if trees come again after a quarte
   CHECK(dbh_of("1,1,20,30.06.2019\n1,1,24,02.05.2023\n") == Sizes{24});
   CHECK(dbh_of("1,1,20,5/6/2019\n1,1,24,4/30/2023\n") == Sizes{24});
   CHECK(dbh_of("1,1,24,2\n1,1,20,1\n") == Sizes{24});
+  CHECK(dbh_of("1,1,20,20120127\n1,1,24,20170127\n1,2,30,20170209\n") == Sizes{24, 30});
   CHECK(dbh_of("1,1,20,2019\n1,2,21,2019-11-30\n1,2,22,2020-10-01\n") == Sizes{22});
   // Winter of two years, where no tree comes again; a note says so.
   const CheckedInventory winter =

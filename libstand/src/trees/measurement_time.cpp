@@ -71,6 +71,13 @@ std::optional<double> years_of(std::string_view text) {
   if (const auto parts = parts_at(date, '.')) {
     return years_of_day(parts->third, parts->second, parts->first);
   }
+  constexpr std::size_t kDigitsOfDay = 8;  // 20190630
+  if (text.size() == kDigitsOfDay) {
+    const auto own_year = digits_of(text.substr(0, 4));
+    const auto month = digits_of(text.substr(4, 2));
+    const auto day = digits_of(text.substr(6));
+    if (own_year && month && day) return years_of_day(*own_year, *month, *day);
+  }
   double year = 0.0;
   if (data::parse_number(text, year) && year >= 1000.0 && year < 3000.0) return year;
   return std::nullopt;
