@@ -10,23 +10,20 @@
 #include <set>
 #include <utility>
 
+#include "sampling/sample_maker.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/base/words.hpp"
 #include "silvafit/data/column_reference.hpp"
 #include "silvafit/data/table.hpp"
-#include "silvafit/stand/similar_plots.hpp"
 #include "trees/folded_text.hpp"
-#include "units/density_indices.hpp"
-#include "windows/coordinate_rounding.hpp"
+#include "trees/usual_names.hpp"
 
 namespace silvafit::stand {
 namespace {
 
 constexpr double kRadiansOfDegree = std::numbers::pi / 180.0;
-/// Distances are measured to centimeters at best.
-constexpr double kDistanceTolerance = 0.01;
 
 /// The relative difference of equal areas: a radius from 2 m on, written with one decimal, is
 /// within 2.5 % of the exact one, and its area within 5 %.
@@ -39,86 +36,22 @@ double limiting_distance_m(double dbh_cm, double basal_area_factor) {
   return dbh_cm / (2.0 * std::sqrt(basal_area_factor));
 }
 
-bool is_placed(const Inventory& inventory, std::size_t tree) {
-  return inventory.has_coordinates() && !std::isnan(inventory.x[tree]) &&
-         !std::isnan(inventory.y[tree]);
-}
-
-/// The origin of positions.
-enum class Origin {
-  kNone,    ///< not known
-  kCenter,  ///< the center of the plot or subplot is 0, 0
-  kMap,     ///< centers are those of the table of plots
-};
-
-class SampleMaker {
- public:
-  SampleMaker(const Inventory& inventory, const SamplingDesign& design)
-      : inventory_(inventory), design_(design) {}
-
-  DesignedSample run();
-
- private:
-  void join();
-  void note_unmatched();
-  void note_gaps();
-  const PlotRecord* record_of(std::size_t tree) const {
-    return records_[inventory_.plot.code(tree)];
+/// Labels `plot/subplot`.
+data::TextColumn labels_of_subplots(const Inventory& inventory, const std::string& column) {
+  const data::Table& other = inventory.other;
+  if (!other.has(column)) {
+    throw InputError(data::no_such_column(column, other.names()),
+                     {.file = inventory.file, .column = "`subplot`"});
   }
-  void find_expansions();
-  void find_smallest_dbh();
-  std::optional<std::size_t> circle_of(double dbh_cm) const;
-  double reach_m(std::size_t tree) const;
-  double mapped_m(std::size_t tree) const;
-  double plot_area_m2(const PlotRecord* record) const;
-  std::optional<SampledArea> area_of(const std::string& name, const PlotRecord* record) const;
-  double per_ha_of_whole_plot(std::size_t tree, const PlotRecord* record) const;
-  bool uses_table_areas() const;
-  double slope_cosine(const PlotRecord* record) const;
-  bool exceeds_circles() const;
-  void find_origin();
-  Point center_of(const PlotRecord* record, Origin origin) const;
-  bool is_within(std::size_t tree, Origin origin, double radius_m) const;
-  bool is_counted(std::size_t tree);
-  void add_areas();
-  void add_empty_plots();
-  void add_complete_circles();
-  double complete_radius_m(const PlotRecord* record) const;
-  void check_density() const;
-  void note_counts();
-
-  const Inventory& inventory_;
-  const SamplingDesign& design_;
-  std::vector<const PlotRecord*> records_{};  ///< by code of the plot
-  std::vector<double> expansions_{};          ///< (N) by the column
-  double smallest_dbh_cm_ = 0.0;
-  Origin origin_ = Origin::kNone;
-  std::size_t below_smallest_ = 0;
-  std::size_t outside_ = 0;
-  std::string first_outside_{};
-  std::size_t without_factor_ = 0;
-  std::size_t outside_population_ = 0;
-  std::string first_outside_population_{};
-  DesignedSample sample_{};
-};
-
-constexpr double kHectaresPerAcre = 0.40468564224;
-
-/// The labels of a list, and a remark on almost equal labels of another list.
-std::string with_similar(const std::vector<std::string>& names,
-                         const std::vector<std::string>& others) {
-  data::TextColumn both;
-  for (const std::string& name : names) both.append(name);
-  for (const std::string& other : others) both.append(other);
-  const std::string similar = describe_similar_labels(both);
-  return data::list_of(names) + (similar.empty() ? "" : " (" + similar + ")");
+  const data::TextColumn subplots = other.labels(column);
+  data::TextColumn labels;
+  for (std::size_t tree = 0; tree < inventory.size(); ++tree) {
+    labels.append(fmt::format("{}/{}", inventory.plot[tree], subplots[tree]));
+  }
+  return labels;
 }
 
-bool has_partial_plots(const PlotTable& plots) {
-  return std::ranges::any_of(plots.plots, [](const PlotRecord& record) {
-    return !std::isnan(record.share) && record.share != 1.0 && record.share != 0.0;
-  });
-}
+}  // namespace
 
 void SampleMaker::join() {
   const std::vector<std::string>& names = inventory_.plot.levels();
@@ -136,91 +69,6 @@ void SampleMaker::join() {
   note_unmatched();
 }
 
-void SampleMaker::note_unmatched() {
-  std::vector<std::string> without_row;
-  std::vector<std::string> without_trees;
-  for (std::size_t code = 0; code < records_.size(); ++code) {
-    if (records_[code] == nullptr) without_row.push_back(inventory_.plot.levels()[code]);
-  }
-  std::vector<std::string> outside;
-  for (const PlotRecord& record : design_.plots->plots) {
-    if (record.share == 0.0) outside.push_back(record.plot);
-    const bool has_trees = inventory_.plot.code_of(record.plot) != data::TextColumn::kMissingCode;
-    if (!has_trees && record.share != 0.0) without_trees.push_back(record.plot);
-  }
-  if (without_row.size() == records_.size() && !records_.empty()) {
-    std::vector<std::string> of_table;
-    for (const PlotRecord& record : design_.plots->plots) of_table.push_back(record.plot);
-    throw InputError(
-        fmt::format(
-            "no plot of the inventory is in the table of plots; the inventory has {}; the "
-            "table has {}; name the column of the label with `plots_columns=plot=COLUMN` or "
-            "`columns=plot=COLUMN`",
-            data::list_of(without_row),
-            with_similar(of_table, without_row)),
-        {.file = design_.plots->file, .column = "plot"});
-  }
-  data::TextColumn unmatched;
-  for (const auto* const names : {&without_row, &without_trees}) {
-    for (const std::string& name : *names) unmatched.append(name);
-  }
-  if (const std::string similar = describe_similar_labels(unmatched); !similar.empty()) {
-    throw InputError("the plots of the inventory and of the table have other labels: " + similar +
-                         "; write them alike",
-                     {.file = design_.plots->file, .column = "plot"});
-  }
-  if (!without_row.empty()) {
-    sample_.notes.push_back(
-        fmt::format("{} not in the table of plots{}: {}",
-                    counted(without_row.size(), "plot is", "plots are"),
-                    uses_table_areas() ? " and not counted, because the area is unknown" : "",
-                    data::list_of(without_row)));
-  }
-  if (!without_trees.empty()) {
-    sample_.notes.push_back(
-        fmt::format("{}: {}",
-                    counted(without_trees.size(),
-                            "plot of the table has no tree and is counted as empty",
-                            "plots of the table have no tree and are counted as empty"),
-                    data::list_of(without_trees)));
-  }
-  note_gaps();
-  if (!outside.empty()) {
-    sample_.notes.push_back(
-        fmt::format("{} share 0, no part in the population, and {} with area 0: {}",
-                    counted(outside.size(), "plot of the table has", "plots of the table have"),
-                    outside.size() == 1 ? "counts" : "count",
-                    data::list_of(outside)));
-  }
-}
-
-/// Plots of the table without a number that is needed.
-void SampleMaker::note_gaps() {
-  std::vector<std::string> without_area;
-  std::vector<std::string> without_slope;
-  for (const PlotRecord& record : design_.plots->plots) {
-    if (uses_table_areas() && std::isnan(plot_area_m2(&record))) {
-      without_area.push_back(record.plot);
-    }
-    if (design_.corrects_slope && std::isnan(record.slope_deg)) {
-      without_slope.push_back(record.plot);
-    }
-  }
-  // If none has an area, that is an error elsewhere.
-  if (!without_area.empty() && without_area.size() < design_.plots->plots.size()) {
-    sample_.notes.push_back(
-        fmt::format("{} in the table and not counted: {}",
-                    counted(without_area.size(), "plot has no area", "plots have no area"),
-                    data::list_of(without_area)));
-  }
-  if (!without_slope.empty()) {
-    sample_.notes.push_back(
-        fmt::format("{} in the table and taken as level: {}",
-                    counted(without_slope.size(), "plot has no slope", "plots have no slope"),
-                    data::list_of(without_slope)));
-  }
-}
-
 bool SampleMaker::uses_table_areas() const { return !design_.chooses_trees(); }
 
 /// A column of factors, in the table of other columns.
@@ -236,9 +84,8 @@ void SampleMaker::find_expansions() {
       other,
       data::column_reference("expansion", design_.expansion, other.names(), inventory_.file),
       texts);
-  constexpr std::string_view kPerAcre = "tpa tpaunadj treesperacre stemsperacre treesac peracre";
-  if (has_word(kPerAcre, folded_letters(design_.expansion))) {
-    for (double& factor : expansions_) factor /= kHectaresPerAcre;
+  if (has_word(kPerAcreNames, folded_letters(design_.expansion))) {
+    for (double& factor : expansions_) factor *= kPerAcre;
     sample_.notes.push_back(
         fmt::format("{} has trees per acre and is converted", design_.expansion));
   }
@@ -330,98 +177,6 @@ double SampleMaker::plot_area_m2(const PlotRecord* record) const {
         {.file = design_.plots->file, .line = record->line, .plot = record->plot});
   }
   return result;
-}
-
-Point SampleMaker::center_of(const PlotRecord* record, Origin origin) const {
-  if (origin == Origin::kCenter) return {0.0, 0.0};
-  return {record->x, record->y};
-}
-
-bool SampleMaker::is_within(std::size_t tree, Origin origin, double radius_m) const {
-  const PlotRecord* const record = record_of(tree);
-  if (origin == Origin::kMap && record == nullptr) return false;
-  const Point center = center_of(record, origin);
-  const double distance_m =
-      std::hypot(inventory_.x[tree] - center.x, inventory_.y[tree] - center.y);
-  const double rounding_m = coordinate_rounding_m(std::max(std::abs(center.x), std::abs(center.y)));
-  return distance_m <= radius_m + kDistanceTolerance + rounding_m;
-}
-
-/// Whether trees of a plot are farther apart than its circle is wide, so that they cannot be those
-/// that were counted in it.
-bool SampleMaker::exceeds_circles() const {
-  if (design_.subplots > 1 && !sample_.subplot_labels) return false;
-  const data::TextColumn& labels =
-      sample_.subplot_labels ? *sample_.subplot_labels : inventory_.plot;
-  struct Extent {
-    Point low{kInfinity, kInfinity};
-    Point high{-kInfinity, -kInfinity};
-    double reach_m = 0.0;
-  };
-  std::vector<Extent> extents(labels.levels().size());
-  for (std::size_t tree = 0; tree < inventory_.size(); ++tree) {
-    if (!is_placed(inventory_, tree) || std::isnan(mapped_m(tree))) continue;
-    auto& [low, high, reach] = extents[labels.code(tree)];
-    low = {std::min(low.x, inventory_.x[tree]), std::min(low.y, inventory_.y[tree])};
-    high = {std::max(high.x, inventory_.x[tree]), std::max(high.y, inventory_.y[tree])};
-    reach = std::max(reach, mapped_m(tree));
-  }
-  return std::ranges::any_of(extents, [](const Extent& extent) {
-    const double width_m = std::max(extent.high.x - extent.low.x, extent.high.y - extent.low.y);
-    return width_m > 2.0 * (extent.reach_m + kDistanceTolerance);
-  });
-}
-
-/// Positions are those of a map if at least as many trees are within reach of its centers as of the
-/// origin; else they are from the center of the plot if that holds for half of the trees.
-void SampleMaker::find_origin() {
-  const bool has_subplots = design_.subplots > 1 || !design_.subplot.empty();
-  if (inventory_.is_placed_by_subplots && has_subplots) {
-    sample_.notes.emplace_back(
-        "FIA's positions are from the center of the plot, so that they do not choose the trees of "
-        "subplots, and all are taken as counted");
-    return;
-  }
-  std::size_t placed = 0;
-  std::size_t near_center = 0;
-  std::size_t near_map = 0;
-  const bool has_map = design_.plots && design_.plots->has_center && design_.subplots == 1 &&
-                       design_.subplot.empty();
-  for (std::size_t tree = 0; tree < inventory_.size(); ++tree) {
-    if (!is_placed(inventory_, tree) || std::isnan(reach_m(tree))) continue;
-    ++placed;
-    if (is_within(tree, Origin::kCenter, mapped_m(tree))) ++near_center;
-    if (has_map && is_within(tree, Origin::kMap, mapped_m(tree))) ++near_map;
-  }
-  if (placed == 0) return;
-  if (near_map > 0 && near_map >= near_center) {
-    origin_ = Origin::kMap;
-    sample_.notes.emplace_back("centers of plots are x and y of the table of plots");
-    return;
-  }
-  if (2 * near_center >= placed) {
-    origin_ = Origin::kCenter;
-    sample_.notes.emplace_back("positions of trees are relative to the center of the plot");
-    return;
-  }
-  const std::string found =
-      fmt::format("only {} of {} trees with positions are within their plots around the {}",
-                  std::max(near_center, near_map),
-                  placed,
-                  has_map ? "origin or the centers of `plots`" : "origin");
-  constexpr std::string_view kRemedy =
-      "give the centers of plots as x and y in `plots`, in the coordinates of the trees";
-  if (has_map || exceeds_circles()) {
-    throw InputError(fmt::format("{}{}; {}",
-                                 found,
-                                 has_map ? "" : ", and they are farther apart than these are wide",
-                                 kRemedy),
-                     {.file = inventory_.file, .column = "x"});
-  }
-  sample_.notes.push_back(
-      fmt::format("{}, so positions do not choose the trees, and all are taken as counted; {}",
-                  found,
-                  kRemedy));
 }
 
 bool SampleMaker::is_counted(std::size_t tree) {
@@ -570,60 +325,6 @@ void SampleMaker::check_density() const {
   check_density_is_possible(basal_area / area_m2 * kSquareMetersPerHectare, place);
 }
 
-void SampleMaker::note_counts() {
-  if (below_smallest_ > 0) {
-    sample_.notes.push_back(
-        fmt::format("{} below dbh {} cm, the smallest that is counted",
-                    counted(below_smallest_, "tree is not counted:", "trees are not counted:"),
-                    smallest_dbh_cm_));
-  }
-  if (outside_ > 0) {
-    sample_.notes.push_back(
-        fmt::format("{} farther from the center than trees of this dbh are counted, the first: {}",
-                    counted(outside_, "tree is not counted:", "trees are not counted:"),
-                    first_outside_));
-  }
-  if (outside_population_ > 0) {
-    sample_.notes.push_back(
-        fmt::format("{} outside the population, the first: {}",
-                    counted(outside_population_, "tree is not counted:", "trees are not counted:"),
-                    first_outside_population_));
-  }
-  if (without_factor_ > 0) {
-    sample_.notes.push_back(fmt::format("{} no expansion factor and {} not counted",
-                                        counted(without_factor_, "tree has", "trees have"),
-                                        without_factor_ == 1 ? "is" : "are"));
-  }
-  if (!design_.expansion.empty() && design_.plots && has_partial_plots(*design_.plots)) {
-    sample_.notes.emplace_back(
-        design_.is_expansion_of_part
-            ? "expansion factors are per hectare of the part of a plot in the population"
-            : "expansion factors are per hectare of whole plots, so values of plots with a share "
-              "are divided by it; if factors are per hectare of that part already, use "
-              "`expansion_area=part`");
-  }
-  if (design_.plots && design_.plots->has_slope && !design_.corrects_slope) {
-    sample_.notes.emplace_back(
-        "the column slope is not used: distances are taken as horizontal; with `slope_correction`, "
-        "areas are those along the slope");
-  }
-}
-
-/// Labels `plot/subplot`.
-data::TextColumn labels_of_subplots(const Inventory& inventory, const std::string& column) {
-  const data::Table& other = inventory.other;
-  if (!other.has(column)) {
-    throw InputError(data::no_such_column(column, other.names()),
-                     {.file = inventory.file, .column = "`subplot`"});
-  }
-  const data::TextColumn subplots = other.labels(column);
-  data::TextColumn labels;
-  for (std::size_t tree = 0; tree < inventory.size(); ++tree) {
-    labels.append(fmt::format("{}/{}", inventory.plot[tree], subplots[tree]));
-  }
-  return labels;
-}
-
 DesignedSample SampleMaker::run() {
   check_design(design_);
   join();
@@ -652,8 +353,6 @@ DesignedSample SampleMaker::run() {
   if (uses_table_areas()) sample_.represented.clear();
   return std::move(sample_);
 }
-
-}  // namespace
 
 /// The densest known forests have about 450 m2/ha; areas in another unit make far more.
 void check_density_is_possible(double basal_area_m2_per_ha, const Place& place) {

@@ -248,6 +248,11 @@ TEST_CASE("Factors per acre are converted by the name of their column") {
   const StandReport report = stand_report(stand, {.design = {.expansion = "TPA_UNADJ"}});
   CHECK(report.areas[0].figures.stems_per_ha ==
         Approx(2 * 6.018046 / 0.40468564224).epsilon(1e-13));
+  // In a table of plots, too: its factor is the area of the plot.
+  const StandReport of_plots =
+      stand_report(stand, {.design = {.plots = plots_of("plot,TPA\n1,6.018046\n")}});
+  CHECK(of_plots.areas[0].figures.stems_per_ha ==
+        Approx(2 * 6.018046 / 0.40468564224).epsilon(1e-13));
 }
 
 TEST_CASE("Strata of the table of plots are combined by their areas or weights") {

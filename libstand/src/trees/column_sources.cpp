@@ -15,7 +15,6 @@
 #include "silvafit/data/expression.hpp"
 #include "silvafit/data/text_formula.hpp"
 #include "silvafit/stand/inventory.hpp"
-#include "trees/folded_text.hpp"
 #include "trees/known_tables.hpp"
 #include "trees/usual_names.hpp"
 
@@ -375,58 +374,6 @@ std::vector<std::size_t> fields_of(const std::string& name,
   const auto is_it = [&name](const std::string& known) { return known == name; };
   const std::vector<ColumnMapping> usual = usual_columns(header, is_it, file);
   return usual.size() == 1 ? find(usual.front().source) : fields;
-}
-
-namespace {
-
-/// The first column whose folded letters are one of the words.
-std::optional<std::string> column_with_letters(std::string_view words,
-                                               const std::vector<std::string>& header) {
-  const auto column = std::ranges::find_if(header, [&](const std::string& name) {
-    const std::string letters = folded_letters(name);
-    return !letters.empty() && has_word(words, letters);
-  });
-  return column == header.end() ? std::nullopt : std::optional(*column);
-}
-
-}  // namespace
-
-std::optional<std::string> usual_time_column(const std::vector<std::string>& header) {
-  for (const std::string_view name : {"year", "date"}) {
-    if (const auto field = field_in_any_case(name, header)) return header[*field];
-  }
-  const std::vector<ColumnMapping> known = known_columns(header, false);
-  for (const std::string_view name : {"year", "date"}) {
-    if (const ColumnMapping* const time = mapping_to(name, known)) return time->source;
-  }
-  // Years, dates and numbers of visits in other tables and languages.
-  return column_with_letters(
-      "invyr measyear measurementyear inventoryyear surveyyear yearofmeasurement yearmeasured jahr "
-      "aufnahmejahr annee anneemesure ano anno anyo rok aar vuosi jaar datum aufnahmedatum fecha "
-      "measdate measurementdate inventorydate surveydate exactdate dateofmeasurement census "
-      "censusid censusno visit visitno visitid occasion campaign",
-      header);
-}
-
-std::optional<std::string> usual_stem_column(const std::vector<std::string>& header) {
-  constexpr std::string_view kNames =
-      "stem stemid stemno stemnr stemnum stemnumber stemtag fuste trunk trunkid trunkno tallo tige "
-      "bole stamm stammnr pien shoot";
-  return column_with_letters(kNames, header);
-}
-
-bool is_summary_label(std::string_view label, bool is_code) {
-  constexpr std::string_view kWords =
-      "total totals subtotal grandtotal overall sum sums summe summen gesamt insgesamt "
-      "zwischensumme "
-      "somme totale totaux suma soma mean means average mittel mittelwert durchschnitt moyenne "
-      "media "
-      "promedio median";
-  constexpr std::string_view kShort = "sd stdev stddev std se cv min max minimum maximum avg";
-  if (label == "Ø" || label == "∑" || label == "Σ") return true;
-  const std::string letters = folded_letters(label);
-  if (letters.empty()) return false;
-  return has_word(kWords, letters) || (!is_code && has_word(kShort, letters));
 }
 
 std::optional<std::string> status_column(const std::vector<std::string>& header,

@@ -19,9 +19,6 @@
 namespace silvafit::stand {
 namespace {
 
-constexpr char kOnlyPlot[] = "1";
-constexpr char kOnlySpecies[] = "unknown";
-
 bool is_missing(std::string_view field) {
   return data::is_missing_field(field) || field == "NaN" || field == "nan";
 }
@@ -417,106 +414,6 @@ void InventoryReader::find_plot_lines() {
     if (code != data::TextColumn::kMissingCode) add(code, static_cast<std::uint32_t>(row.line));
   }
   if (!std::ranges::is_sorted(lines)) inventory.plot_lines = std::move(lines);
-}
-
-std::string InventoryReader::note_on_dead() const {
-  if (!plan_.status_field) return {};
-  std::string text =
-      fmt::format("the status of trees is read from column {}: {} dead, {} cut or gone",
-                  status_.header(),
-                  status_.dead(),
-                  status_.gone());
-  const bool has_dead = status_.dead() > 0;
-  if (options_.dead == DeadTrees::kInclude) {
-    text += ", all used as living trees";
-  } else if (options_.keeps_measurements) {
-    text += ", which are mortality and cut at the end of a period";
-  } else if (options_.dead == DeadTrees::kNeighbors && has_dead) {
-    text += "; dead trees are neighbors only, the others are skipped";
-  } else if (has_dead || status_.gone() > 0) {
-    text += ", skipped";
-    if (has_dead) text += "; with `dead=neighbors`, dead trees count as neighbors";
-  }
-  return text + status_.remarks();
-}
-
-std::string InventoryReader::note_on_empty_plots() const {
-  if (!has_run_of_empty_plots_) return {};
-  return fmt::format("{} empty, as in merged cells; with `fill_down=plot`, the value above is used",
-                     counted(empty_plots_, "row has a plot that is", "rows have a plot that is"));
-}
-
-std::vector<std::string> InventoryReader::recognized() const {
-  std::vector<std::string> texts{data::describe_layout(csv_.layout()),
-                                 prepared_.note,
-                                 describe_usual_columns(plan_.usual, csv_.header()),
-                                 codes_.note()};
-  texts.push_back(spellings_.note());
-  texts.push_back(note_on_dead());
-  std::erase(texts, "");
-  return texts;
-}
-
-/// Numbers of trees that begin again for most rows are those of several plots or times.
-void InventoryReader::refuse_plots_without_column() const {
-  const std::size_t trees = result_.inventory.size();
-  if (plan_.labels[kPlot].exists() || 2 * repeated_numbers_.renamed <= trees) return;
-  throw InputError(
-      fmt::format(
-          "{} of {} trees have the number of another tree, but there is no column plot; name "
-          "it with `columns=plot=COLUMN`, or the time with `columns=year=COLUMN`; "
-          "available: {}",
-          repeated_numbers_.renamed,
-          trees,
-          data::list_of(csv_.header())),
-      {.file = result_.inventory.file});
-}
-
-std::vector<std::string> InventoryReader::notes() const {
-  std::vector<std::string> notes = recognized();
-  std::string empty_plots = note_on_empty_plots();
-  if (!empty_plots.empty()) notes.push_back(std::move(empty_plots));
-  for (std::string& note : repeated_numbers_.notes()) notes.push_back(std::move(note));
-  if (!plan_.labels[kPlot].exists()) {
-    notes.push_back(fmt::format("no column plot: all trees are in one plot, '{}'", kOnlyPlot));
-  }
-  if (!plan_.labels[kTree].exists()) {
-    notes.emplace_back("no column tree: trees are numbered by row");
-  }
-  if (!plan_.labels[kSpecies].exists()) {
-    notes.push_back(
-        fmt::format("no column species: all trees have one species, '{}'", kOnlySpecies));
-  }
-  if (plan_.stand_field && plan_.labels[kPlot].exists()) {
-    std::string note = shared_labels_.note(csv_.header()[*plan_.stand_field]);
-    if (!note.empty()) notes.push_back(std::move(note));
-  }
-  if (std::string note = plots_of_locations_.note_on_visits(); !note.empty()) {
-    notes.push_back(std::move(note));
-  }
-  if (has_cw_from_radii_) {
-    notes.emplace_back("cw is computed from the four crown radii where it is missing");
-  }
-  if (without_dbh_ > 0) {
-    notes.push_back(
-        fmt::format("{} without dbh: neighbors of others, but not core trees, and not "
-                    "in summaries and models",
-                    counted(without_dbh_, "tree is", "trees are")));
-  }
-  if (without_species_ > 0)
-    notes.push_back(counted(without_species_, "tree has no species", "trees have no species"));
-  for (std::string& note : odd_values_.notes()) notes.push_back(std::move(note));
-  return notes;
-}
-
-void InventoryReader::refuse_empty(const std::string& excluded) const {
-  if (row_count_ == 0) throw InputError("the file has a header but no trees", {.file = file_});
-  throw InputError("no usable row: " + (excluded.empty() ? note_on_dead() : excluded),
-                   {.file = file_});
-}
-
-void InventoryReader::require_trees() const {
-  if (!has_trees_) refuse_empty(excluded());
 }
 
 CheckedInventory InventoryReader::read() {

@@ -39,6 +39,10 @@ struct InventoryRow {
   std::vector<ExcludedRow> unreadable{};  ///< fields that should be numbers but are not
 };
 
+/// The labels of trees in tables without a column of plots or species.
+inline constexpr char kOnlyPlot[] = "1";
+inline constexpr char kOnlySpecies[] = "unknown";
+
 /// Reads a table, or its parts one after another.
 class InventoryReader {
  public:

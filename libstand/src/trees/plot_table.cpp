@@ -16,6 +16,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/words.hpp"
 #include "silvafit/data/column_reference.hpp"
+#include "silvafit/stand/similar_plots.hpp"
 #include "trees/folded_text.hpp"
 #include "trees/known_tables.hpp"
 #include "trees/usual_names.hpp"
@@ -37,7 +38,7 @@ struct NumberColumn {
 };
 
 /// Columns of one name, and of one value, follow each other.
-constexpr std::array<NumberColumn, 11> kNumbers{{
+constexpr std::array<NumberColumn, 12> kNumbers{{
     {.name = "area",
      .value = &PlotRecord::area_m2,
      .usual = "areaqm aream2 plotarea plotaream2 plotsize plotsizem2 flache flaeche probeflache "
@@ -52,6 +53,10 @@ constexpr std::array<NumberColumn, 11> kNumbers{{
     {.name = "expansion",
      .value = &PlotRecord::expansion,
      .usual = "expansionfactor expfactor treesperha tph nha repfactor"},
+    {.name = "expansion",
+     .value = &PlotRecord::expansion,
+     .usual = kPerAcreNames,
+     .unit = kPerAcre},
     {.name = "slope",
      .value = &PlotRecord::slope_deg,
      .usual = "slopedeg slopedegrees inclination neigung hangneigung pente pendiente",

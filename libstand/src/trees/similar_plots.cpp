@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "silvafit/base/words.hpp"
 #include "silvafit/data/csv.hpp"
 #include "trees/folded_text.hpp"
 
@@ -104,6 +105,20 @@ std::string describe_similar_labels(const data::TextColumn& labels, const std::s
   }
   if (similar.size() > kShown) text += fmt::format(" and {} more", similar.size() - kShown);
   return text + fmt::format("; if they are one {}, give it one label in the file", of);
+}
+
+bool is_summary_label(std::string_view label, bool is_code) {
+  constexpr std::string_view kWords =
+      "total totals subtotal grandtotal overall sum sums summe summen gesamt insgesamt "
+      "zwischensumme "
+      "somme totale totaux suma soma mean means average mittel mittelwert durchschnitt moyenne "
+      "media "
+      "promedio median";
+  constexpr std::string_view kShort = "sd stdev stddev std se cv min max minimum maximum avg";
+  if (label == "Ø" || label == "∑" || label == "Σ") return true;
+  const std::string letters = folded_letters(label);
+  if (letters.empty()) return false;
+  return has_word(kWords, letters) || (!is_code && has_word(kShort, letters));
 }
 
 }  // namespace silvafit::stand

@@ -93,7 +93,7 @@ std::optional<MeantName> look_up(const std::string& key) {
 std::optional<double> square_meters(std::string_view unit) {
   if (has_word("m2 m² qm sqm", unit)) return 1.0;
   if (unit == "ha") return 1e4;
-  if (has_word("ac acre acres", unit)) return 4046.8564224;
+  if (has_word("ac acre acres", unit)) return kSquareMetersPerAcre;
   if (has_word("ft2 ft² sqft", unit)) return 0.3048 * 0.3048;
   return std::nullopt;
 }

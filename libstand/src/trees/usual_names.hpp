@@ -36,6 +36,13 @@ struct HeaderParts {
 };
 HeaderParts header_parts(std::string_view header);
 
+inline constexpr double kSquareMetersPerAcre = 4046.8564224;
+
+/// Names of trees per acre, in folded letters, and their factor to trees per hectare.
+inline constexpr std::string_view kPerAcreNames =
+    "tpa tpaunadj treesperacre stemsperacre treesac peracre";
+inline constexpr double kPerAcre = 1e4 / kSquareMetersPerAcre;
+
 /// The square meters of a unit of area, such as ha or ac; none if it is not one.
 std::optional<double> square_meters(std::string_view unit);
 

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Different labels that are probably meant as one, and labels that are codes of missing values.
+// Labels that are not what they seem: different ones that are probably meant as one, codes of
+// missing values, and those of rows of sums and means.
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "silvafit/data/table.hpp"
 
@@ -13,5 +15,10 @@ namespace silvafit::stand {
 /// of missing values in columns of numbers. Empty if there are none.
 /// \param of  what the labels name
 std::string describe_similar_labels(const data::TextColumn& labels, const std::string& of = "plot");
+
+/// Whether a label says that its row is a sum, mean or other figure of the rows above and no tree
+/// or plot: Total, Summe, Mittelwert.
+/// \param is_code  labels such as SD and MAX, which may be codes of species, do not count
+bool is_summary_label(std::string_view label, bool is_code = false);
 
 }  // namespace silvafit::stand

@@ -155,11 +155,6 @@ std::optional<std::string> usual_time_column(const std::vector<std::string>& hea
 /// The column that numbers the stems of a tree, by its usual names.
 std::optional<std::string> usual_stem_column(const std::vector<std::string>& header);
 
-/// Whether a label says that its row is a sum, mean or other figure of the rows above and no tree
-/// or plot: Total, Summe, Mittelwert.
-/// \param is_code  labels such as SD and MAX, which may be codes of species, do not count
-bool is_summary_label(std::string_view label, bool is_code = false);
-
 /// A mapping of a whole column to a measure, converted if the column's header or the row of units
 /// names another unit; any other mapping is unchanged.
 ColumnMapping in_our_unit(ColumnMapping mapping,
