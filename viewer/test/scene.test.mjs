@@ -426,6 +426,53 @@ test("a scene without measurements keeps its ground, and one walks on it", { ski
   }),
 );
 
+/** A GLB whose nodes have half their size in 2021, and grow until 2026. */
+function growing(base64) {
+  const glb = Buffer.from(base64, "base64");
+  const jsonBytes = glb.readUInt32LE(12);
+  const json = JSON.parse(glb.subarray(20, 20 + jsonBytes));
+  const parts = [glb.subarray(28 + jsonBytes)];
+  const add = (values, type, more) => {
+    const bytes = Buffer.from(new Float32Array(values).buffer);
+    const byteOffset = parts.reduce((sum, { length }) => sum + length, 0);
+    parts.push(bytes);
+    const bufferView = json.bufferViews.push({ buffer: 0, byteOffset, byteLength: bytes.length }) - 1;
+    return json.accessors.push({ bufferView, componentType: 5126, count: 2, type, ...more }) - 1;
+  };
+  const input = add([0, 1], "SCALAR", { min: [0], max: [1] });
+  // Positions are quantized, so that nodes have a scale.
+  const { nodes } = json.scenes[0];
+  json.animations = [{
+    samplers: nodes.map((node) => ({ input, output: add([...json.nodes[node].scale.map((one) => one / 2), ...json.nodes[node].scale], "VEC3"), interpolation: "LINEAR" })),
+    channels: nodes.map((node, sampler) => ({ sampler, target: { node, path: "scale" } })),
+    extras: { times: [{ time: 0, name: "2021" }, { time: 1, name: "2026" }] },
+  }];
+  const binary = Buffer.concat(parts);
+  json.buffers[0].byteLength = binary.length;
+  const text = Buffer.from(JSON.stringify(json));
+  const padded = Buffer.concat([text, Buffer.alloc(-text.length & 3, 32)]);
+  const word = (value) => Buffer.from(new Uint32Array([value]).buffer);
+  return Buffer.concat([glb.subarray(0, 8), word(28 + padded.length + binary.length), word(padded.length), Buffer.from("JSON"), padded,
+    word(binary.length), Buffer.from("BIN\0"), binary]).toString("base64");
+}
+
+test("growth is played, and moved by hand", { skip }, () =>
+  withScene(sceneAlone(growing(sceneExample().models.glb)), { reducedMotion: "reduce" }, async (page) => {
+    const clock = page.locator("#clock");
+    assert.equal(await clock.textContent(), "2026");
+    const grown = await pixels(page);
+    await page.getByLabel("Time").fill("0");
+    assert.equal(await clock.textContent(), "2021");
+    const young = await pixels(page);
+    assert.ok(difference(young, grown).changed > 1e-4);
+    await page.getByRole("button", { name: "Play" }).click();
+    await page.getByRole("button", { name: "Pause" }).waitFor();
+    await page.getByRole("button", { name: "Play" }).waitFor();
+    assert.equal(await clock.textContent(), "2026");
+    assert.ok(difference(await pixels(page), grown).changed < 1e-4);
+  }),
+);
+
 test("a scene that cannot be read is told of, without an error", { skip }, () =>
   withScene(sceneAlone(Buffer.from("glTF and nothing else that could be read").toString("base64")), {}, async (page) => {
     assert.match(await page.getByRole("alert").innerText(), /cannot be drawn/);
