@@ -24,6 +24,7 @@
 #include "silvafit/fit/setting_list.hpp"
 #include "silvafit/fit/shared_fit.hpp"
 #include "silvafit/fit/summary.hpp"
+#include "silvafit/stand/tree_columns.hpp"
 #include "silvafit/study/catalogue.hpp"
 #include "silvafit/study/column_uses.hpp"
 #include "silvafit/study/shared_table.hpp"
@@ -90,6 +91,26 @@ study::ModelColumns model_columns(const FitArguments& arguments,
           .keeps_spellings = true};
 }
 
+/// Says that codes of species, plots or trees are a slope in a sub-model.
+void say_numeric_labels(const FitArguments& arguments, const data::Table& table) {
+  for (const std::string& text : arguments.texts.sub_models) {
+    for (const std::string& name : fit::sub_model_columns(text).as_numbers) {
+      if (!table.has(name) || !table.is_numeric(name)) continue;
+      for (const char* const label : {"species", "plot", "tree"}) {
+        if (stand::fields_of(label, {name}, {}, table.file()).empty()) continue;
+        say(arguments.common,
+            fmt::format("note: {} is a number in \"{}\", a slope over its codes; for a value of "
+                        "each {} write factor({})",
+                        name,
+                        text,
+                        label,
+                        name));
+        break;
+      }
+    }
+  }
+}
+
 study::ReadTable read_data(const FitArguments& arguments,
                            const std::vector<const study::BaseModel*>& models) {
   const TreeTable trees = open_trees(arguments.data, arguments.table, arguments.common);
@@ -104,6 +125,7 @@ study::ReadTable read_data(const FitArguments& arguments,
   }
   // Covariates must be columns. If the file lacks one with the name of a structural index, the
   // index is computed. In the formula itself the name may be a parameter.
+  say_numeric_labels(arguments, table);
   std::vector<std::string> texts = arguments.texts.sub_models;
   texts.push_back(arguments.where);
   const std::vector<std::string> indices = study::structure_names_in(texts, table);

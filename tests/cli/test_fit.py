@@ -85,6 +85,25 @@ class SubModels(ProgramTest):
                 done = self.run_program("fit", "kinds.csv", "--formula", "y ~ a", "--parameter", "a ~ " + right_side, status=2)
                 self.assertIn(message, done.stderr)
 
+    def test_codes_of_species_as_numbers_are_pointed_out(self):
+        self.write("kinds.csv", kinds_csv().replace("zone", "spcd"))
+        fit = ("fit", "kinds.csv", "--formula", "y ~ a", "--parameter")
+        note = 'spcd is a number in "a ~ spcd + x", a slope over its codes; for a value of each species write factor(spcd)'
+        self.assertIn(note, self.run_program(*fit, "a ~ spcd + x").stderr)
+        self.assertNotIn("slope over its codes", self.run_program(*fit, "a ~ factor(spcd) + x").stderr)
+
+    def test_marginal_means_are_those_of_groups(self):
+        self.write("kinds.csv", kinds_csv())
+        fit = self.fit("species", "--means", "species")
+        groups = {}
+        for row in csv.DictReader(io.StringIO(kinds_csv())):
+            if row["species"] and row["y"]:
+                groups.setdefault(row["species"], []).append(float(row["y"]))
+        means = {name: value["estimate"] for name, value in fit["derived"].items()}
+        self.assertEqual(sorted(means), sorted(f"a (species {name})" for name in groups))
+        for name, values in groups.items():
+            self.assertAlmostEqual(means[f"a (species {name})"], sum(values) / len(values), 9)
+
     def test_a_slip_in_a_column_of_numbers_makes_no_factor(self):
         self.write("kinds.csv", kinds_csv().replace("\n12,", "\n12a,"))
         done = self.run_program("fit", "kinds.csv", "--formula", "y ~ a", "--parameter", "a ~ x", status=3)

@@ -352,3 +352,6 @@ def test_functions_of_coefficients_have_standard_errors():
     assert found.intervals().index[-1] == "difference"
     with pytest.raises(sf.UsageError, match="did you mean"):
         sf.fit("weight ~ a*one", plants, derive="r = aa/2")
+    means = sf.fit("weight ~ a*one", plants, parameters="a ~ group", means=["group"]).derived
+    assert list(means.index) == ["a (group ctrl)", "a (group trt1)", "a (group trt2)"]
+    assert means["estimate"].tolist() == pytest.approx([5.032, 4.661, 5.526], rel=1e-12)

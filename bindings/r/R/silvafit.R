@@ -59,6 +59,8 @@
 #' @param subset condition on the rows, evaluated in `data`
 #' @param derive functions of the coefficients, with standard errors and intervals: a named vector of texts, such as
 #'   `c(h30 = "1.3 + a * (1 - exp(-b * 30))")`, with the names of `coef()`; those that are no words stand between backquotes
+#' @param means factors of the sub-models: the estimated marginal mean of each parameter at each of their levels, as \pkg{emmeans} has them, beside
+#'   the functions of `derive`
 #' @param na.action `na.omit`, `na.exclude` (residuals and fitted values have NA for omitted rows) or `na.fail`
 #' @param contrasts list of contrasts by factor, as in [stats::model.matrix()]
 #' @param starts number of further random starts of a mixed fit
@@ -78,7 +80,7 @@
 #' predict(fit, data.frame(age = c(5, 15)), level = "population", interval = "confidence")
 silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = NULL, covariance = NULL,
                      variance = NULL, correlation = NULL, method = NULL, reml = FALSE, start = NULL, hold = NULL, lower = NULL,
-                     upper = NULL, subset = NULL, na.action = stats::na.omit, contrasts = NULL, derive = NULL, starts = 0,
+                     upper = NULL, subset = NULL, na.action = stats::na.omit, contrasts = NULL, derive = NULL, means = NULL, starts = 0,
                      agq_points = 7, max_iterations = 200, threads = 1, trace = FALSE, ...) {
   call <- match.call()
   # Expressions of a caller's `...`, which match.call() names ..1.
@@ -125,7 +127,7 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   # Units are compared between plots and species.
   others <- if (all(c("dbh", "h") %in% names(columns))) Filter(is.atomic, rows_of(data, rows)[setdiff(intersect(c("plot", "species"), names(data)), names(columns))])
   columns <- c(columns, lapply(others, as.character))
-  result <- analysis("fit", plain_columns(columns, names(columns)), c(model$texts, list(model = id, derive = derived_texts(derive, model)), options), folder = if (is.null(id)) "" else data_folder())
+  result <- analysis("fit", plain_columns(columns, names(columns)), c(model$texts, list(model = id, derive = derived_texts(derive, model), means = means), options), folder = if (is.null(id)) "" else data_folder())
   tell_notes(result$notes)
   object <- new_fit(result, model, call, options, na.action = omit)
   # What update() and getData() need: the values of the call, and the data with all columns.

@@ -3,7 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <utility>
+
 #include "model/formula_advice.hpp"
+#include "model/marginal_means.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/checked_columns.hpp"
 #include "silvafit/fit/formula_parts.hpp"
@@ -95,6 +99,11 @@ ModelSpecification specify_model(const ModelTexts& texts, const data::Table& tab
   require_parameters(parts, texts.formula, table);
   ModelSpecification specification =
       specify_model(parts.fixed, texts.sub_models, table, texts.columns);
+  for (const std::string& factor : texts.factors) {
+    const bool is_known =
+        std::ranges::find(specification.factors, factor) != specification.factors.end();
+    if (!is_known) specification.factors.push_back(factor);
+  }
   specification.data_columns = texts.columns.empty() ? table.names() : texts.columns;
   const std::string random = random_text(texts, parts, specification, table);
   if (!random.empty()) add_random_effects(specification, random, table);
@@ -107,13 +116,20 @@ ModelSpecification specify_model(const ModelTexts& texts, const data::Table& tab
   }
   check_response(specification, table);
   require_columns(specification, table);
-  for (const std::string& text : texts.derived) {
-    DerivedQuantity added = parse_derived_quantity(text, specification.coefficient_names());
+  const auto add = [&specification](DerivedQuantity added, std::string_view text) {
     for (const DerivedQuantity& other : specification.derived) {
       if (other.name != added.name) continue;
       throw FormulaError(fmt::format("'{}' is given twice", added.name), text, 1);
     }
     specification.derived.push_back(std::move(added));
+  };
+  for (const std::string& text : texts.derived) {
+    add(parse_derived_quantity(text, specification.coefficient_names()), text);
+  }
+  for (const std::string& factor : texts.means) {
+    for (DerivedQuantity& mean : marginal_means(specification, factor, table)) {
+      add(std::move(mean), factor);
+    }
   }
   return specification;
 }

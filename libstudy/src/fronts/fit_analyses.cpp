@@ -79,8 +79,7 @@ Table fitted_rows(const fit::FitResult& result) {
 /// A model as it was asked for.
 struct FitRequest {
   fit::ModelTexts texts{};
-  std::string model{};                 ///< id in the catalogue, instead of a formula
-  std::vector<std::string> factors{};  ///< columns whose levels are compared in the texts
+  std::string model{};  ///< id in the catalogue, instead of a formula
   fit::FitModelOptions options{};
   bool is_traced = false;
 };
@@ -117,12 +116,7 @@ AnalysisResult result_of(FitRequest request,
   if (catalogue != nullptr) {
     use_base_model(catalogue->find(request.model), table, request.texts, options);
   }
-  fit::ModelSpecification specification = fit::specify_model(request.texts, table);
-  for (const std::string& factor : request.factors) {
-    const bool is_known =
-        std::ranges::find(specification.factors, factor) != specification.factors.end();
-    if (!is_known) specification.factors.push_back(factor);
-  }
+  const fit::ModelSpecification specification = fit::specify_model(request.texts, table);
   // CPU time of the fit itself, which benchmarks compare with that of the whole call.
   const std::clock_t start = std::clock();
   fit::FitResult found = fit::fit_model(specification, table, options);
@@ -275,7 +269,7 @@ AnalysisWork fit_work(AnalysisCall& call) {
                      .options = call.read_with_threads<fit::FitModelOptions>(),
                      .is_traced = call.truth("trace")};
   call.read_names("columns", request.texts.columns);
-  call.read_names("factors", request.factors);
+  call.read_names("factors", request.texts.factors);
   const auto catalogue = request.model.empty() ? nullptr : call.catalogue();
   data::MissingCodes codes;
   return [request, catalogue, table = rows_of(call, codes), codes](

@@ -137,6 +137,14 @@ expect_equal(fit$fit$derived$difference$estimate, 0.865, tolerance = 1e-10)
 expect_equal(fit$fit$derived$difference$se, 0.2787816084, tolerance = 1e-9)
 expect_true("difference" %in% rownames(confint(fit)))
 expect_error(silvafit(weight ~ a * one, plants, derive = c(r = "aa/2")), "did you mean")
+# Marginal means are those of the groups, whatever the contrasts.
+for (contrast in c("contr.treatment", "contr.sum")) {
+  found <- silvafit(weight ~ a * one, plants, parameters = a ~ group, contrasts = list(group = contrast), means = "group")$fit$derived
+  expect_equal(names(found), paste0("a (group ", c("ctrl", "trt1", "trt2"), ")"))
+  expect_equal(vapply(found, `[[`, 0, "estimate"), c(5.032, 4.661, 5.526), tolerance = 1e-12, check.attributes = FALSE)
+  expect_equal(vapply(found, `[[`, 0, "se"), rep(stats::sigma(stats::lm(weight ~ group, plants)) / sqrt(10), 3), tolerance = 1e-9, check.attributes = FALSE)
+}
+expect_error(silvafit(weight ~ a * one, plants, means = "group"), "not a factor of a sub-model")
 
 # A linear coefficient far below its standard error, as of an uncentred polynomial, is near zero; it
 # is no limit of a curve.

@@ -23,6 +23,10 @@ struct ModelTexts {
   std::string variance{};     ///< "power"; empty: constant
   std::string correlation{};  ///< of the residuals, "car1(age)"; empty or "none": independent
   std::vector<std::string> derived{};  ///< "h30 = 1.3 + a*(1 - exp(-b*30))"
+  /// Further columns whose levels the texts compare, as factors.
+  std::vector<std::string> factors{};
+  /// Factors at whose levels the means of parameters are derived quantities, too.
+  std::vector<std::string> means{};
   /// Names of all columns of the data, if the table has some of them only; for messages.
   std::vector<std::string> columns{};
 };

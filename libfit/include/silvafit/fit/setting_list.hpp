@@ -50,6 +50,11 @@ void each_setting(S& settings, Visit&& visit) {
               "Functions of the coefficients, with standard errors and intervals, such as \"h30 = "
               "1.3 + a*(1 - exp(-b*30))\"")
           .as(SettingForm::kRepeatable, "NAME=EXPRESSION"));
+  visit(Setting("means",
+                settings.means,
+                "Factors of sub-models: the estimated marginal mean of each parameter at each of "
+                "their levels, with standard errors and intervals")
+            .type("COLUMN,..."));
   visit(Setting("correlation",
                 settings.correlation,
                 "Correlation of the residuals within the groups of the random effects, or of a "
