@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <array>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -184,16 +184,26 @@ void print_joint(const stand::StandReport& report) {
 
 using stand::GrowthPart;
 
-/// With column headings; changes are per year.
-constexpr std::array<std::pair<GrowthPart, const char*>, 8> kShownParts{
-    {{GrowthPart::kStart, "start"},
-     {GrowthPart::kEnd, "end"},
-     {GrowthPart::kNetChange, "net /yr"},
-     {GrowthPart::kSurvivorGrowth, "survivors /yr"},
-     {GrowthPart::kIngrowth, "ingrowth /yr"},
-     {GrowthPart::kMortality, "mortality /yr"},
-     {GrowthPart::kCut, "cut /yr"},
-     {GrowthPart::kNotFound, "not found /yr"}}};
+using TitledParts = std::vector<std::pair<GrowthPart, const char*>>;
+
+/// With column headings; changes are per year. Plots of fixed area have no change of factors.
+TitledParts parts_of(const stand::GrowthReport& report) {
+  TitledParts parts{{GrowthPart::kStart, "start"},
+                    {GrowthPart::kEnd, "end"},
+                    {GrowthPart::kNetChange, "net /yr"},
+                    {GrowthPart::kSurvivorGrowth, "survivors /yr"},
+                    {GrowthPart::kIngrowth, "ingrowth /yr"},
+                    {GrowthPart::kMortality, "mortality /yr"},
+                    {GrowthPart::kCut, "cut /yr"},
+                    {GrowthPart::kNotFound, "not found /yr"}};
+  const bool changes = std::ranges::any_of(report.plots, [](const stand::PlotGrowth& plot) {
+    return std::ranges::any_of(plot.values, [](const stand::GrowthParts& value) {
+      return std::abs(value[static_cast<std::size_t>(GrowthPart::kFactorChange)]) > 0.0;
+    });
+  });
+  if (changes) parts.emplace_back(GrowthPart::kFactorChange, "factors /yr");
+  return parts;
+}
 
 void print_fates(const stand::GrowthReport& report) {
   std::map<std::string, std::size_t> trees;
@@ -203,9 +213,11 @@ void print_fates(const stand::GrowthReport& report) {
   print_text("\n\n");
 }
 
-void print_growth_of_plots(const std::string& value, const data::Table& plots) {
+void print_growth_of_plots(const std::string& value,
+                           const TitledParts& parts,
+                           const data::Table& plots) {
   Shown columns{{"plot", "plot"}, {"from", "from"}, {"to", "to"}, {"years", "years"}};
-  for (const auto& [part, title] : kShownParts) {
+  for (const auto& [part, title] : parts) {
     columns.push_back({fmt::format("{}_{}", value, word_of(part)), title, 2});
   }
   TextTable table(columns);
@@ -214,17 +226,19 @@ void print_growth_of_plots(const std::string& value, const data::Table& plots) {
   table.print();
 }
 
-void print_growth_of_strata(const stand::GrowthReport& report, std::size_t value) {
+void print_growth_of_strata(const stand::GrowthReport& report,
+                            const TitledParts& parts,
+                            std::size_t value) {
   if (report.strata.empty()) return;
   std::vector<std::string> header{"stratum", "period", "plots"};
-  for (const auto& [part, title] : kShownParts) header.emplace_back(title);
+  for (const auto& [part, title] : parts) header.emplace_back(title);
   TextTable table(header);
   for (const stand::StratumGrowth& stratum : report.strata) {
     const bool is_all = stratum.kind == stand::StratumFigures::Kind::kAll;
     std::vector<std::string> row{is_all ? "all" : name_or(stratum.name, "(none)"),
                                  std::to_string(stratum.period),
                                  std::to_string(stratum.plots)};
-    for (const auto& [part, title] : kShownParts) {
+    for (const auto& [part, title] : parts) {
       const stand::Estimate& estimate = stratum.values[value][static_cast<std::size_t>(part)];
       row.push_back(with_error(estimate.per_ha, estimate.standard_error, 2));
     }
@@ -296,9 +310,10 @@ void print_stand(const study::StandSummary& summary, const Tables& tables) {
 /// \param tables  of the report
 void print_growth(const stand::GrowthReport& report, const Tables& tables) {
   print_fates(report);
+  const TitledParts parts = parts_of(report);
   for (std::size_t value = 0; value < report.values.size(); ++value) {
-    print_growth_of_plots(report.values[value], tables[1].second);
-    print_growth_of_strata(report, value);
+    print_growth_of_plots(report.values[value], parts, tables[1].second);
+    print_growth_of_strata(report, parts, value);
   }
 }
 

@@ -107,6 +107,32 @@ class RepeatedRows(ProgramTest):
         self.assertIn("note: 1 row repeats a tree and is skipped, the first: both.csv:98: the same tree is on line 53 "
                       "(plot 01, tree 4)", notes)
 
+    def test_rows_of_sums_are_no_trees_in_all_commands(self):
+        sums = ["Mean,,,,,24.1,17.3,8.2,3.1", ",,Total,,,900.5,80.1,40.2,20.3"]
+        self.put("sums.csv", [*self.rows, *sums])
+        said = "2 rows are of sums or means and are {}, the first: sums.csv:50: plot: Mean"
+        fit = ("--model", "M4", "--json")
+        done = self.run_program("fit", "sums.csv", *fit)
+        self.assertEqual(json.loads(done.stdout)["fixed"], self.run_json("fit", "once.csv", *fit)["fixed"])
+        self.assertIn(said.format("skipped"), done.stderr)
+        trees, notes = self.grown("sums.csv")
+        self.assertEqual(len(trees), 48)
+        self.assertIn(said.format("skipped"), notes)
+        done = self.run_program("stand", "sums.csv")
+        self.assertEqual(done.stdout, self.run_program("stand", "once.csv").stdout)
+        self.assertIn("a row of sums or means is not a tree", done.stderr)
+
+        gaps = [row if i % 5 else ",".join([*row.split(",")[:6], "", *row.split(",")[7:]])
+                for i, row in enumerate(self.rows)]
+        self.put("sums.csv", [*gaps, *sums])
+        self.put("gaps.csv", gaps)
+        impute = ("--response", "h")
+        done = self.run_program("impute", "sums.csv", *impute)
+        self.assertIn(said.format("neither used nor filled in"), done.stderr)
+        rows = self.table(done.stdout)
+        self.assertEqual(rows[:48], self.table(self.run_program("impute", "gaps.csv", *impute).stdout))
+        self.assertEqual([row["h_flag"] for row in rows[48:]], ["no living tree"] * 2)
+
     def test_labels_are_compared_as_text(self):
         self.put("labels.csv", [*self.rows, *(row.replace("01,", "1,", 1) for row in self.rows[:16])])
         similar = "'01' and '1'"

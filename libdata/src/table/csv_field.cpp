@@ -167,9 +167,4 @@ std::size_t remove_guards(char* text, std::size_t length) {
   return kept;
 }
 
-std::string_view without_apostrophe(std::string_view field) {
-  const bool has_apostrophe = field.starts_with('\'') && begins_formula(field);
-  return has_apostrophe ? field.substr(1) : field;
-}
-
 }  // namespace silvafit::data

@@ -15,11 +15,13 @@
 namespace silvafit::data {
 namespace {
 
-/// The value at an end of a column that is repeated, and far from all others.
+/// The value at an end of a column that is far from all others, and repeated unless nobody measures
+/// it by chance.
 /// \param values  ascending
 template <class Condition>
 std::optional<double> isolated_end(const std::vector<double>& values, Condition is_code) {
   constexpr std::ptrdiff_t kRepeated = 3;
+  constexpr double kNeverMeasured = 9999.0;
   constexpr std::size_t kFewestOthers = 10;
   constexpr double kIsolated = 20.0;  // typical distances of neighbors
   std::vector<double> distinct = values;
@@ -32,7 +34,8 @@ std::optional<double> isolated_end(const std::vector<double>& values, Condition 
   for (const auto& [end, gap] :
        {std::pair(distinct.front(), gaps.front()), std::pair(distinct.back(), gaps.back())}) {
     if (!is_code(end) || gap < kIsolated * typical) continue;
-    if (std::ranges::count(values, end) >= kRepeated) return end;
+    const auto count = std::ranges::count(values, end);
+    if (count >= (std::abs(end) >= kNeverMeasured ? 1 : kRepeated)) return end;
   }
   return std::nullopt;
 }

@@ -20,6 +20,8 @@ TEST_CASE("values that may be codes are found") {
   CHECK_FALSE(possible_code(with({-99.0, -3.0})));  // other values are negative, too
   CHECK(possible_code(with({99.9, 99.9, 99.9})) == 99.9);
   CHECK_FALSE(possible_code(with({99.9, 99.9})));
+  CHECK(possible_code(with({9999.0})) == 9999.0);
+  CHECK_FALSE(possible_code(with({999.0})));
   CHECK_FALSE(possible_code(with({98.0, 98.0, 98.0})));
   CHECK_FALSE(possible_code(with({29.9, 29.9, 29.9})));
   CHECK_FALSE(possible_code(with({-9.9, -9.9, -9.9})));

@@ -8,8 +8,6 @@
 #include <vector>
 
 #include "figures/figure_columns.hpp"
-#include "silvafit/base/atomic_file.hpp"
-#include "silvafit/data/csv.hpp"
 #include "silvafit/data/list_table.hpp"
 #include "silvafit/stand/stand_json.hpp"
 
@@ -187,19 +185,6 @@ std::vector<std::pair<std::string, data::Table>> tables_of(const StandReport& re
   tables.emplace_back("diameters", diameters_table(report));
   if (report.units) tables.emplace_back("classes", classes_table(report));
   return tables;
-}
-
-void write_stand(const Inventory& inventory,
-                 const StandReport& report,
-                 const std::filesystem::path& folder) {
-  const ResultFolder results(folder);
-  for (const auto& [name, table] : tables_of(report)) {
-    data::write_csv_table(table, folder / (name + ".csv"));
-  }
-  if (!report.units) return;
-  AtomicFile indices(folder / "indices.csv");
-  write_structural_units(inventory, *report.units, indices.stream());
-  indices.commit();
 }
 
 }  // namespace silvafit::stand

@@ -79,6 +79,7 @@ class GrowthMaker {
                     const TreeValue& value,
                     std::vector<std::string>& places) const;
   void note_missing();
+  void note_moved();
   std::vector<TreeValue> values() const;
   void add_plots();
   void check_density() const;
@@ -502,8 +503,22 @@ void GrowthMaker::note_missing() {
   }
 }
 
+void GrowthMaker::note_moved() {
+  std::vector<Survivors> survivors;
+  for (const Period& period : periods_) {
+    Survivors& rows = survivors.emplace_back();
+    for (const TreeInPeriod& tree : period.trees) {
+      if (tree.start != kNoTreeRow && tree.end != kNoTreeRow)
+        rows.emplace_back(tree.start, tree.end);
+    }
+  }
+  std::string moved = describe_moved_trees(living_, survivors);
+  if (!moved.empty()) report_.notes.push_back(std::move(moved));
+}
+
 void GrowthMaker::add_notes() {
   note_missing();
+  note_moved();
   std::size_t not_found = 0;
   std::size_t shrunk = 0;
   std::vector<std::string> too_fast;

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "silvafit/stand/growth.hpp"
@@ -24,6 +25,14 @@ void check_visits(const std::vector<MeasuredPlot>& plots, const std::string& fil
 /// \throws InputError if the median tree of a plot, of three survivors or more, grew by more than
 ///   kFastestCmPerYear or lost a quarter of it
 void check_increments(const GrowthReport& report, const std::string& file);
+
+/// The rows of survivors of a period at its start and its end.
+using Survivors = std::vector<std::pair<std::size_t, std::size_t>>;
+
+/// The note on survivors that stand farther from their earlier position than their nearest neighbor
+/// did, and may be other trees; empty if there are none.
+/// \param living  the living trees of all times
+std::string describe_moved_trees(const Inventory& living, const std::vector<Survivors>& periods);
 
 /// Estimates of the periods with one number; the last: all strata. None if no such plot has an
 /// area.

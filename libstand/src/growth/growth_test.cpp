@@ -298,6 +298,23 @@ TEST_CASE("A survivor without a second diameter is left out of both sums and nam
               "left out of both sums of basal_area_m2: 'plot 1, tree 3 (2010 to 2015)'"));
 }
 
+TEST_CASE("A survivor that stands elsewhere may be another tree") {
+  const auto moved = [](double x) {
+    return measured(
+        "plot,tree,species,x,y,year,dbh\n"
+        "1,1,A,0,0,2010,20\n1,2,A,4,0,2010,10\n1,3,A,4,6,2010,30\n"
+        "1,1,A,0.3,0,2015,22\n1,2,A," +
+        std::to_string(x) + ",0,2015,12\n1,3,A,4,6,2015,33\n");
+  };
+  const std::string note =
+      "1 tree stands farther from the earlier position than the nearest neighbor did, at most 11 "
+      "m: "
+      "plot 1 (2015), tree 2";
+  CHECK(tells(growth_report(moved(15.0).inventory, {}).notes, note));
+  // Its nearest neighbor stood at 4 m.
+  CHECK_FALSE(tells(growth_report(moved(7.9).inventory, {}).notes, "nearest neighbor"));
+}
+
 TEST_CASE("Days of one visit, and trees that are numbered anew, are refused") {
   // The same four trees, the first two measured on 3 May, the others on 4 May.
   const auto rows = [](const char* first, const char* second, int add) {

@@ -13,6 +13,7 @@
 #include "silvafit/data/column_reference.hpp"
 #include "silvafit/stand/described_columns.hpp"
 #include "silvafit/stand/prepared_table.hpp"
+#include "silvafit/stand/unread_columns.hpp"
 #include "trees/column_sources.hpp"
 #include "trees/folded_text.hpp"
 #include "trees/known_tables.hpp"
@@ -300,6 +301,7 @@ ColumnPlan Planner::plan() {
   const auto status =
       status_column(header_, options_.columns, options_.status_codes, options_.dead, file_);
   if (status) plan.status_field = field_named(*status);
+  if (!status) plan.remarks = remark_fields(header_);
   plan.filled_down = filled_fields(options_, header_, file_);
   require_needed(plan);
   collect_expression_fields(plan);

@@ -78,6 +78,7 @@ struct ColumnPlan {
   /// Fields that name the place of a plot, in a known table whose plots are visits.
   std::vector<std::size_t> location{};
   std::optional<std::size_t> status_field{};         ///< alive, dead, cut
+  std::vector<std::size_t> remarks{};                ///< fields that may tell it, without a status
   std::vector<std::size_t> filled_down{};            ///< fields of --fill-down
   std::vector<ExpressionField> expression_fields{};  ///< of all measures' expressions
   std::vector<ColumnMapping> others{};               ///< nonstandard columns to keep

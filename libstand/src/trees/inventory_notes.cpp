@@ -46,6 +46,8 @@ std::vector<std::string> InventoryReader::recognized() const {
                                  codes_.note()};
   texts.push_back(spellings_.note());
   texts.push_back(note_on_dead());
+  texts.push_back(describe_unread_columns(csv_.header(), options_.columns, file_));
+  for (const StatusWords& remarks : remarks_) texts.push_back(remarks.note());
   std::erase(texts, "");
   return texts;
 }

@@ -45,6 +45,8 @@ InventoryReader::InventoryReader(const data::TableSource& source,
   }
   plan_ = plan_columns(csv_.header(), csv_.layout().units, options_, file_);
   for (const std::size_t field : plan_.filled_down) csv_.fill_down(field);
+  for (const std::size_t field : plan_.remarks) remarks_.emplace_back(csv_.header()[field]);
+  if (!plan_.status_field) remarks_.emplace_back(plan_.labels[kSpecies].text);
   if (plan_.status_field) {
     status_ =
         StatusColumn(csv_.header()[*plan_.status_field], options_.status_codes, csv_.header());
@@ -157,6 +159,9 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
     row.location += fmt::format("{}{}", row.location.empty() ? "" : "-", fields[field]);
   }
   if (plan_.status_field) row.status = data::trimmed(fields[*plan_.status_field]);
+  for (std::size_t i = 0; i < plan_.remarks.size(); ++i) {
+    remarks_[i].add(data::trimmed(fields[plan_.remarks[i]]));
+  }
   for (std::size_t i = 0; i < kMeasureCount; ++i) {
     const Source& source = plan_.measures[i];
     const bool is_position = known_measure(i).is_position();
@@ -379,6 +384,7 @@ void InventoryReader::count_findings() {
     if (is_alive && std::isnan(inventory.dbh_cm[i])) ++without_dbh_;
   }
   odd_values_.add(inventory);
+  if (!plan_.status_field) remarks_.back().add(inventory.species);
 }
 
 void InventoryReader::find_plots_left_out() {

@@ -19,6 +19,7 @@
 #include "silvafit/stand/prepared_table.hpp"
 #include "silvafit/stand/species_spellings.hpp"
 #include "silvafit/stand/tree_status.hpp"
+#include "silvafit/stand/unread_columns.hpp"
 #include "trees/inventory_checks.hpp"
 #include "trees/inventory_columns.hpp"
 #include "trees/inventory_repeats.hpp"
@@ -132,6 +133,7 @@ class InventoryReader {
   data::MissingCodes codes_{};
   StatusColumn status_{};
   SpeciesSpellings spellings_{};
+  std::vector<StatusWords> remarks_{};  ///< of ColumnPlan::remarks and species, without a status
   std::vector<std::string> plots_of_dead_{};  ///< without a living tree so far
   std::size_t empty_plots_ = 0;               ///< rows with an empty plot below a filled one
   std::size_t empty_plots_run_ = 0;           ///< the last such rows

@@ -326,6 +326,10 @@ TEST_CASE("a plot is described by its last visit") {
                    "1 plot was measured several times: the last visit is used (plot 1: 2020), 3 "
                    "rows of earlier ones are skipped, and 1 tree of the visit before it that has "
                    "no row of it is gone"));
+    CHECK(
+        has_note(checked,
+                 "1 plot was measured only before the last visits of these (plot 2) and counts as "
+                 "of the same time"));
   }
   // A last visit that found dead trees only is the last one, too.
   const CheckedInventory dead =

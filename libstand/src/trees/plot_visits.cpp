@@ -141,7 +141,9 @@ class PlotsAtTimes {
   PlotsAtTimes(const Inventory& inventory,
                const data::TextColumn& times,
                const TimedTrees& skipped);
-  std::map<std::uint32_t, std::vector<TimeOfPlot>> take() && { return std::move(plots_); }
+  std::map<std::uint32_t, std::vector<TimeOfPlot>>& several() { return plots_; }
+  /// The plots whose only time is more than a campaign before another one.
+  std::vector<std::uint32_t> once_before(const TimeOfPlot& other) const;
 
  private:
   void find_several(std::uint32_t plot, std::string_view time);
@@ -184,6 +186,17 @@ PlotsAtTimes::PlotsAtTimes(const Inventory& inventory,
       });
 }
 
+std::vector<std::uint32_t> PlotsAtTimes::once_before(const TimeOfPlot& other) const {
+  std::vector<std::uint32_t> plots;
+  for (std::uint32_t plot = 0; plot < first_time_.size(); ++plot) {
+    if (has_several_[plot] != 0 || first_time_[plot].empty()) continue;
+    TimeOfPlot time{.text = first_time_[plot]};
+    read_time(time);
+    if (years_between(time, other) > kLongestCampaign) plots.push_back(plot);
+  }
+  return plots;
+}
+
 void PlotsAtTimes::find_several(std::uint32_t plot, std::string_view time) {
   if (first_time_[plot].empty()) first_time_[plot] = time;
   if (first_time_[plot] != time) has_several_[plot] = 1;
@@ -210,6 +223,8 @@ void VisitCounts::add(const VisitCounts& other) {
   rows += other.rows;
   unseen += other.unseen;
   mixed += other.mixed;
+  if (older == 0) first_older = other.first_older;
+  older += other.older;
 }
 
 std::vector<std::string> VisitCounts::notes() const {
@@ -230,6 +245,14 @@ std::vector<std::string> VisitCounts::notes() const {
                                           "trees of the visit before it that have no row of it "
                                           "are"))));
   }
+  if (older > 0) {
+    notes.push_back(fmt::format(
+        "{} measured only before the last visits of these ({}) and {} as of the same time; `where` "
+        "leaves plots out",
+        counted(older, "plot was", "plots were"),
+        first_older,
+        older == 1 ? "counts" : "count"));
+  }
   if (mixed > 0) {
     notes.push_back(
         fmt::format("{} rows of several times, but no tree comes again ({}): all are used as of "
@@ -246,7 +269,9 @@ std::vector<std::string> later_visits(const Inventory& inventory,
                                       VisitCounts& counts) {
   std::vector<std::string> later(inventory.size());
   if (times.size() == 0) return later;
-  for (auto& [plot, of_plot] : PlotsAtTimes(inventory, times, skipped).take()) {
+  PlotsAtTimes plots(inventory, times, skipped);
+  TimeOfPlot first_last{.years = std::numeric_limits<double>::infinity()};
+  for (auto& [plot, of_plot] : plots.several()) {
     const Place place{.file = inventory.file, .plot = std::string(inventory.plot.levels()[plot])};
     const auto [begin, is_mixed, is_long, unseen] = last_visit(of_plot, place);
     VisitCounts found;
@@ -258,6 +283,9 @@ std::vector<std::string> later_visits(const Inventory& inventory,
       found.plots = 1;
       found.unseen = unseen;
       found.first = fmt::format("plot {}: {}", place.plot, of_plot.back().text);
+      if (of_plot[begin].years < first_last.years) {
+        first_last = {.years = of_plot[begin].years, .is_year = of_plot[begin].is_year};
+      }
     }
     if (is_mixed) {
       found.mixed = 1;
@@ -267,6 +295,11 @@ std::vector<std::string> later_visits(const Inventory& inventory,
     }
     counts.add(found);
   }
+  if (!std::isfinite(first_last.years)) return later;
+  const std::vector<std::uint32_t> once = plots.once_before(first_last);
+  if (once.empty()) return later;
+  counts.add({.older = once.size(),
+              .first_older = fmt::format("plot {}", inventory.plot.levels()[once.front()])});
   return later;
 }
 

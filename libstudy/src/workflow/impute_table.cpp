@@ -152,7 +152,7 @@ class Observed {
                       .value = std::vector<double>(rows, data::kMissing),
                       .source = std::vector<ImputeSource>(rows, ImputeSource::kMissing),
                       .level = std::vector<ImputeLevel>(rows, ImputeLevel::kNone),
-                      .flag = std::vector<std::string>(rows, "dead or cut"),
+                      .flag = std::vector<std::string>(rows, "no living tree"),
                       .notes = std::move(of_living.notes)};
     if (!of_living.lower.empty()) {
       result.lower.assign(rows, data::kMissing);

@@ -140,6 +140,7 @@ class PredictionRun {
                                           {.names = text_columns(library_),
                                            .wanted = std::move(wanted),
                                            .units = unit_options(units_, settings_.threads),
+                                           .keeps_sums = true,
                                            .species = species_of(library_),
                                            .state = state},
                                           note);

@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <functional>
 #include <list>
 #include <map>
 #include <optional>
@@ -24,6 +25,7 @@
 #include "silvafit/stand/size_units.hpp"
 #include "silvafit/stand/species_spellings.hpp"
 #include "silvafit/stand/tree_status.hpp"
+#include "silvafit/stand/unread_columns.hpp"
 #include "silvafit/study/table_checks.hpp"
 #include "workflow/repeated_rows.hpp"
 
@@ -81,6 +83,8 @@ class TableReader {
   void find_missing_values(const std::string& name, const std::string& source, bool is_own);
   void add_column(const stand::ColumnMapping& column);
   void unify_spellings();
+  void leave_out_sums();
+  void describe_unread();
   void read_status();
   void describe_labels();
   void describe_recurring_groups();
@@ -247,6 +251,69 @@ void TableReader::read_status() {
   if (are_found && has_dead) result_.is_dead = std::move(is_dead);
 }
 
+/// Rows of sums or means below a table are no trees: they are left out, or not used where the rows
+/// of the file stay.
+void TableReader::leave_out_sums() {
+  if (wishes_.keeps_sums) return;
+  data::Table& table = result_.table;
+  std::vector<char> is_sum(table.rows(), 0);
+  for (const char* const name : {"plot", "tree", "species"}) {
+    const auto fields =
+        stand::fields_of(name, reader_.header(), wishes_.options.columns, reader_.file());
+    if (fields.size() != 1) continue;
+    const std::string& column = reader_.header()[fields.front()];
+    if (!table.has(column) || table.is_numeric(column)) continue;
+    const data::TextColumn& labels = table.text(column);
+    const bool is_code = std::string_view(name) == "species";
+    std::vector<char> is_word;
+    for (const std::string& label : labels.levels()) {
+      is_word.push_back(stand::is_summary_label(label, is_code) ? 1 : 0);
+    }
+    for (std::size_t row = 0; row < labels.size(); ++row) {
+      if (labels.is_missing(row) || is_word[labels.code(row)] == 0 || is_sum[row] != 0) continue;
+      is_sum[row] = 1;
+      if (state_.sums++ > 0) continue;
+      state_.first_sum = describe(data::place_of(table, row, column), std::string(labels[row]));
+    }
+  }
+  if (state_.sums == 0) return;
+  note(fmt::format("{} of sums or means and {} {}, the first: {}",
+                   counted(state_.sums, "row is", "rows are"),
+                   state_.sums == 1 ? "is" : "are",
+                   wishes_.finds_dead ? "neither used nor filled in" : "skipped",
+                   state_.first_sum));
+  if (wishes_.finds_dead) {
+    result_.is_dead.resize(table.rows(), 0);
+    std::ranges::transform(is_sum, result_.is_dead, result_.is_dead.begin(), std::bit_or<>());
+    return;
+  }
+  std::vector<std::size_t> used;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    if (is_sum[row] == 0) used.push_back(row);
+  }
+  if (used.size() < table.rows()) table = table.select(used);
+}
+
+/// Builders read whole tables, so that a reader is told what they may have missed.
+void TableReader::describe_unread() {
+  if (!wishes_.wants_all || wishes_.state != nullptr) return;
+  const auto& header = reader_.header();
+  const auto& mapped = wishes_.options.columns;
+  note(stand::describe_unread_columns(header, mapped, reader_.file()));
+  const auto status = stand::status_column(
+      header, result_.mapped, wishes_.options.status_codes, wishes_.options.dead, reader_.file());
+  if (status) return;
+  std::vector<std::size_t> fields = stand::remark_fields(header);
+  const auto species = stand::fields_of("species", header, mapped, reader_.file());
+  if (species.size() == 1) fields.push_back(species.front());
+  for (const std::size_t field : fields) {
+    if (!result_.table.has(header[field])) continue;
+    stand::StatusWords words(header[field]);
+    words.add(result_.table.labels(header[field]));
+    note(words.note());
+  }
+}
+
 /// The rule for rows of one tree (docs/inventory.md), if it is the one of this reading.
 void TableReader::resolve_repeated_rows(RepeatedRows rule) {
   if (wishes_.repeated != rule) return;
@@ -361,6 +428,8 @@ TableReader::Result TableReader::read() {
   // The last visit of a plot may have found dead trees only.
   resolve_repeated_rows(RepeatedRows::kOneOfEachTree);
   read_status();
+  leave_out_sums();
+  describe_unread();
   describe_labels();
   describe_recurring_groups();
   resolve_repeated_rows(RepeatedRows::kObservations);

@@ -202,9 +202,6 @@ std::string csv_field(std::string_view text);
 /// The same without apostrophes, for texts of the program itself, such as -0.25***.
 std::string plain_csv_field(std::string_view text);
 
-/// Removes the apostrophe that csv_field has added.
-std::string_view without_apostrophe(std::string_view field);
-
 /// Writes a table as CSV: numbers in their shortest form, missing values as empty fields, \n as
 /// line end.
 void write_csv_table(const Table& table, std::ostream& stream);

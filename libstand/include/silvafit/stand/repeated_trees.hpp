@@ -39,6 +39,8 @@ struct VisitCounts {
   std::size_t mixed = 0;      ///< plots with several times at which no tree comes again
   std::string first_mixed{};  ///< such a plot and its times
   bool is_long = false;       ///< these are more years apart than a campaign takes
+  std::size_t older = 0;      ///< plots measured only before the last visits of the others
+  std::string first_older{};
 
   void add(const VisitCounts& other);
   std::vector<std::string> notes() const;

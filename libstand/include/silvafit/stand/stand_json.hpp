@@ -2,7 +2,6 @@
 // A stand report as JSON and as tables.
 #pragma once
 
-#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
@@ -29,11 +28,5 @@ std::string_view name_of(StratumFigures::Kind kind);
 /// The same as tables: plots, strata, species, diameters and, with positions, classes (the joint
 /// distributions of two indices), each under its name.
 std::vector<std::pair<std::string, data::Table>> tables_of(const StandReport& report);
-
-/// Writes these as CSV files and, with positions, indices.csv into a folder.
-/// \throws IoError if a file cannot be written
-void write_stand(const Inventory& inventory,
-                 const StandReport& report,
-                 const std::filesystem::path& folder);
 
 }  // namespace silvafit::stand

@@ -66,7 +66,7 @@ using StandUnitSink =
     std::function<void(const stand::CheckedInventory&, const stand::StructuralUnits&)>;
 
 /// Reads an inventory and computes its stand report.
-/// stand::tables_of and stand::write_stand turn the report into tables and files.
+/// stand::tables_of turns the report into tables.
 /// \throws UsageError if settings cannot be used; else as stand::read_inventory and
 ///   stand::stand_report
 StandSummary stand_summary(const data::TableSource& inventory,

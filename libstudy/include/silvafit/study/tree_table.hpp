@@ -40,7 +40,7 @@ struct ObservedTable : ReadTable {
   /// For each row its place in `distinct`; a copy has that of the row it copies. Empty if there are
   /// no copies.
   std::vector<std::size_t> place{};
-  /// Of ModelColumns::finds_dead: 1 for rows whose tree is not alive; empty if all are.
+  /// Of ModelColumns::finds_dead: 1 for rows without a living tree; empty if all have one.
   std::vector<char> is_dead{};
 
   /// The rows that are no copies.
@@ -76,6 +76,8 @@ struct ReadingState {
   std::optional<stand::StatusColumn> status{};
   RepeatCounts repeated{};
   RepeatedTreeCounts repeated_trees{};
+  std::size_t sums = 0;  ///< rows of sums or means
+  std::string first_sum{};
   std::map<std::string, std::size_t> computed{};  ///< notes on computed indices, with parts
   bool is_begun = false;
 };
@@ -107,6 +109,7 @@ struct ModelColumns {
   stand::StructuralUnitOptions units{};  ///< of indices that the settings' columns ask for: C=C
   bool keeps_spellings = false;          ///< species are what the source has
   bool finds_dead = false;               ///< find ObservedTable::is_dead, unless they are included
+  bool keeps_sums = false;               ///< rows of sums and means stay
   std::vector<std::string> species{};    ///< whose spelling is given
   ReadingState* state = nullptr;         ///< of the parts before; null: this is the whole table
 };

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+// Columns that are not read although they may hold what a reader looks for.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "silvafit/data/table.hpp"
+#include "silvafit/stand/tree_columns.hpp"
+
+namespace silvafit::stand {
+
+/// The note on columns that are not read but have the name of one that is: with a number, as those
+/// of further visits (`dbh2`, `DBH 2022`), or crown radii between the four directions (`cr_ne`).
+/// \param mapped  by the user
+/// \return empty if there are none
+std::string describe_unread_columns(const std::vector<std::string>& header,
+                                    const std::vector<ColumnMapping>& mapped,
+                                    const std::string& file);
+
+/// The fields of remarks and notes, by their usual names.
+std::vector<std::size_t> remark_fields(const std::vector<std::string>& header);
+
+/// Counts words of dead or cut trees in a column that is not read as their status.
+class StatusWords {
+ public:
+  explicit StatusWords(std::string column) : column_(std::move(column)) {}
+  void add(std::string_view value, std::size_t rows = 1);
+  void add(const data::TextColumn& values);
+  /// Empty if there are none.
+  std::string note() const;
+
+ private:
+  std::string column_{};
+  std::map<std::string, bool, std::less<>> is_word_{};
+  std::size_t rows_ = 0;
+  std::string first_{};
+};
+
+}  // namespace silvafit::stand

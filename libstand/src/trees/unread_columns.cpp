@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/stand/unread_columns.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <string_view>
+
+#include "silvafit/base/text.hpp"
+#include "silvafit/base/words.hpp"
+#include "silvafit/data/expression.hpp"
+#include "silvafit/stand/tree_status.hpp"
+#include "trees/column_sources.hpp"
+#include "trees/folded_text.hpp"
+#include "trees/usual_names.hpp"
+
+namespace silvafit::stand {
+namespace {
+
+using Names = std::vector<std::string>;
+
+constexpr std::string_view kDigits = "0123456789";
+
+/// The name of a column in folded letters, without its unit.
+std::string letters_of(const std::string& column) {
+  return folded_letters(header_parts(column).name);
+}
+
+/// The standard column whose name a header has before a number; empty if it has another form.
+std::string_view numbered_name(const std::string& column) {
+  if (meant_name(column)) return {};
+  const std::string letters = letters_of(column);
+  const std::size_t end = letters.find_last_not_of(kDigits);
+  if (end == std::string::npos || end + 1 == letters.size()) return {};
+  const auto meant = meant_name(letters.substr(0, end + 1));
+  return meant ? meant->name : std::string_view();
+}
+
+/// The columns of a standard column, unless the user computes it of others.
+std::optional<std::string> column_read_as(const std::string& name,
+                                          const Names& header,
+                                          const std::vector<ColumnMapping>& mapped,
+                                          const std::string& file) {
+  const ColumnMapping* const mapping = mapping_to(name, mapped);
+  if (mapping != nullptr && !field_named(mapping->source, header)) return std::nullopt;
+  const std::vector<std::size_t> fields = fields_of(name, header, mapped, file);
+  return fields.size() == 1 ? std::optional(header[fields.front()]) : std::nullopt;
+}
+
+/// Radii between the four directions, named as the one to the north is.
+Names radii_between(const Names& header, const std::string& north) {
+  const std::string letters = letters_of(north);
+  for (const std::string_view direction : {"north", "nord", "norte", "n"}) {
+    if (!letters.ends_with(direction)) continue;
+    const std::string stem = letters.substr(0, letters.size() - direction.size());
+    Names found;
+    for (const std::string& column : header) {
+      const std::string other = letters_of(column);
+      const bool is_between = other.starts_with(stem) &&
+                              has_word(
+                                  "ne nw se sw no so northeast northwest southeast southwest "
+                                  "nordost nordwest sudost sudwest noreste noroeste sureste "
+                                  "suroeste",
+                                  std::string_view(other).substr(stem.size()));
+      if (is_between) found.push_back(column);
+    }
+    return found;
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string describe_unread_columns(const Names& header,
+                                    const std::vector<ColumnMapping>& mapped,
+                                    const std::string& file) {
+  const auto is_read = [&mapped](const std::string& column) {
+    return std::ranges::any_of(mapped, [&column](const ColumnMapping& mapping) {
+      return mapping.source.find(column) != std::string::npos;
+    });
+  };
+  Names notes;
+  for (const std::string name : {"dbh", "h", "hcb", "cw"}) {
+    const auto read = column_read_as(name, header, mapped, file);
+    if (!read) continue;
+    Names further;
+    std::ranges::copy_if(header, std::back_inserter(further), [&](const std::string& column) {
+      return column != *read && numbered_name(column) == name && !is_read(column);
+    });
+    if (further.empty()) continue;
+    notes.push_back(
+        fmt::format("{0} is read from {1}, not from {2}; if that is another visit, read it with "
+                    "`columns={0}={3}`",
+                    name,
+                    *read,
+                    data::list_of(further),
+                    data::Expression::variable(further.back()).text()));
+  }
+  if (const auto north = column_read_as("cr_n", header, mapped, file)) {
+    Names between = radii_between(header, *north);
+    std::erase_if(between, is_read);
+    if (!between.empty()) {
+      notes.push_back(
+          fmt::format("crowns have the radii to the north, east, south and west; {} {} "
+                      "not read",
+                      data::list_of(between),
+                      between.size() == 1 ? "is" : "are"));
+    }
+  }
+  return fmt::format("{}", fmt::join(notes, "; "));
+}
+
+std::vector<std::size_t> remark_fields(const Names& header) {
+  constexpr std::string_view kNames =
+      "remark remarks comment comments note notes bemerkung bemerkungen anmerkung anmerkungen "
+      "remarque remarques observation observations observacion observaciones observacao "
+      "observacoes osservazioni huomautus huomautukset anmarkning uwagi poznamka 备注";
+  std::vector<std::size_t> fields;
+  for (std::size_t field = 0; field < header.size(); ++field) {
+    const std::string letters = folded_letters(header[field]);
+    if (!letters.empty() && has_word(kNames, letters)) fields.push_back(field);
+  }
+  return fields;
+}
+
+void StatusWords::add(std::string_view value, std::size_t rows) {
+  // Shorter words are codes of species, too.
+  constexpr std::size_t kShortest = 3;
+  auto known = is_word_.find(value);
+  if (known == is_word_.end()) {
+    StatusColumn status(column_);
+    if (folded_letters(value).size() >= kShortest) status.read(value);
+    known = is_word_.emplace(std::string(value), status.dead() + status.gone() > 0).first;
+  }
+  if (!known->second) return;
+  if (rows_ == 0) first_ = value;
+  rows_ += rows;
+}
+
+void StatusWords::add(const data::TextColumn& values) {
+  std::vector<std::size_t> rows(values.levels().size());
+  for (std::size_t row = 0; row < values.size(); ++row) {
+    if (!values.is_missing(row)) ++rows[values.code(row)];
+  }
+  for (std::size_t code = 0; code < rows.size(); ++code) {
+    if (rows[code] > 0) add(values.levels()[code], rows[code]);
+  }
+}
+
+std::string StatusWords::note() const {
+  if (rows_ == 0) return {};
+  return fmt::format(
+      "{} a word of dead or cut trees in column {} ({}) and {} as living; to read "
+      "it as their status, use `columns=status={}`",
+      counted(rows_, "row has", "rows have"),
+      column_,
+      first_,
+      rows_ == 1 ? "counts" : "count",
+      data::Expression::variable(column_).text());
+}
+
+}  // namespace silvafit::stand
