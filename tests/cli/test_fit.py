@@ -347,6 +347,8 @@ class Failures(ProgramTest):
             ("--formula", "y ~ a*x", "--method", "laplace"): "needs random effects",
             ("--formula", "y ~ a*x", "--reml"): "available for lb and gnls only",
             ("--formula", "y ~ a*x", "--fix", "q=1"): "unknown coefficient 'q'",
+            ("--formula", "y ~ a*x", "--random", "x | x"): "'x' is a column of the data, which stands in the formula instead of a parameter",
+            ("--formula", "y ~ a*x", "--start", "x=1"): "'x' is a column of the data, which stands in the formula instead of a parameter",
             ("--formula", "y ~ a*x", "--bound", "a=1"): "not a range such as 0:1",
             ("--formula", "y ~ a*x", "--method", "lb"): "needs random effects",
             ("--formula", "y ~ a*x", "--start", "a:3"): "not NAME=VALUE",

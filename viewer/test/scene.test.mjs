@@ -131,6 +131,25 @@ test("two variants stand side by side, seen from one place", { skip }, () =>
   }),
 );
 
+test("a thinning is shown before and after", { skip }, () => {
+  const data = sceneExample();
+  const [before] = data.variants;
+  const kept = (values) => values.map((value, tree) => (tree % 2 === 0 ? value : null));
+  data.variants.push({ ...Object.fromEntries(Object.entries(before).map(([name, value]) => [name, Array.isArray(value) ? kept(value) : value])),
+    radii: before.radii && Object.fromEntries(Object.entries(before.radii).map(([name, value]) => [name, kept(value)])), name: "thinned", title: "After thinning" });
+  assert.deepEqual(schemaErrors(data), []);
+  return withScene(data, {}, async (page) => {
+    assert.deepEqual(await page.locator(".side-name:visible").allInnerTexts(), ["Observed", "After thinning"]);
+    assert.equal(await page.getByLabel("Compare with").inputValue(), "thinned");
+    const picture = await pixels(page);
+    const half = Math.floor(picture.width / 2);
+    assert.ok(drawnShare(columns(picture, half, 2 * half)) < drawnShare(columns(picture, 0, half)));
+    const places = await page.evaluate(() => [0, 1].map((side) => window.silvafitView.whereIs(2, side).x));
+    assert.ok(Math.abs(places[1] - places[0] - half) < 1.5, `${places}`);
+    assert.ok(await page.evaluate(() => !window.silvafitView.page.view.sides[1].bodies[3]));
+  });
+});
+
 test("crown curves, overlaps and shadows come and go", { skip }, () =>
   withScene(sceneExample(), {}, async (page) => {
     await page.getByLabel("Plot", { exact: true }).selectOption({ label: "1" });

@@ -44,11 +44,29 @@ void hold_in(ParameterModel& parameter, const Values& held, ModelSpecification& 
 
 }  // namespace
 
+std::string no_such_coefficient(const ModelSpecification& specification,
+                                std::string_view name,
+                                const std::vector<std::string>& known) {
+  const std::vector<std::string> columns = specification.formula.right.variables();
+  std::string text =
+      fmt::format("unknown coefficient '{}'; available: {}", name, fmt::join(known, ", "));
+  const bool is_column = std::ranges::find(columns, name) != columns.end() &&
+                         std::ranges::find(specification.parameters, name, &ParameterModel::name) ==
+                             specification.parameters.end();
+  if (is_column) {
+    text += fmt::format(
+        "; '{}' is a column of the data, which stands in the formula instead of a parameter of "
+        "this "
+        "name: rename one of them",
+        name);
+  }
+  return text;
+}
+
 void check_known(const ModelSpecification& specification, const std::string& name) {
   const std::vector<std::string> known = specification.coefficient_names();
   if (std::ranges::find(known, name) == known.end()) {
-    throw UsageError(
-        fmt::format("unknown coefficient '{}'; available: {}", name, fmt::join(known, ", ")));
+    throw UsageError(no_such_coefficient(specification, name, known));
   }
 }
 

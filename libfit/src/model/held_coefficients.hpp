@@ -4,10 +4,18 @@
 
 #include <map>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "silvafit/fit/model_specification.hpp"
 
 namespace silvafit::fit {
+
+/// The message on a name that is none of the known coefficients; a column of the formula is pointed
+/// out.
+std::string no_such_coefficient(const ModelSpecification& specification,
+                                std::string_view name,
+                                const std::vector<std::string>& known);
 
 /// \throws UsageError if this is not a coefficient
 void check_known(const ModelSpecification& specification, const std::string& name);

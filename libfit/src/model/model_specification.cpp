@@ -14,6 +14,7 @@
 
 #include "model/factor_columns.hpp"
 #include "model/formula_advice.hpp"
+#include "model/held_coefficients.hpp"
 #include "model/sub_model_terms.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/expression_parts.hpp"
@@ -136,18 +137,16 @@ class SubModels {
 };
 
 void check_random_effects(const RandomEffects& random,
-                          const std::vector<std::string>& known,
+                          const ModelSpecification& specification,
                           std::string_view text,
                           const data::Table& table) {
+  const std::vector<std::string> known = specification.coefficient_names();
   std::size_t position = 0;
   const auto& effects = random.coefficients;
   for (auto effect = effects.begin(); effect != effects.end(); ++effect) {
     position = text.find(*effect, position);
     if (std::ranges::find(known, *effect) == known.end()) {
-      throw FormulaError(
-          fmt::format("unknown coefficient '{}'; available: {}", *effect, fmt::join(known, ", ")),
-          text,
-          position + 1);
+      throw FormulaError(no_such_coefficient(specification, *effect, known), text, position + 1);
     }
     if (std::find(effects.begin(), effect, *effect) != effect) {
       throw FormulaError(fmt::format("'{}' is given twice", *effect), text, position + 1);
@@ -486,7 +485,7 @@ void add_random_effects(ModelSpecification& specification,
                         const data::Table& table) {
   std::vector<RandomEffects> terms = parse_random_effects(text);
   for (const RandomEffects& term : terms) {
-    check_random_effects(term, specification.coefficient_names(), text, table);
+    check_random_effects(term, specification, text, table);
   }
   decide_nesting(terms, text, table);
   specification.random = std::move(terms);

@@ -10,6 +10,7 @@
 #include <optional>
 #include <utility>
 
+#include "model/held_coefficients.hpp"
 #include "model/model_groups.hpp"
 #include "model/small_matrix.hpp"
 #include "silvafit/base/error.hpp"
@@ -383,8 +384,7 @@ Index NonlinearModel::coefficient_index(std::string_view name) const {
   std::ranges::move(specification_.random_only_names(), std::back_inserter(names));
   const auto found = std::ranges::find(names, name);
   if (found == names.end()) {
-    throw UsageError(
-        fmt::format("unknown coefficient '{}'; available: {}", name, fmt::join(names, ", ")));
+    throw UsageError(no_such_coefficient(specification_, name, names));
   }
   return found - names.begin();
 }

@@ -95,6 +95,10 @@ View view_of_scene(std::string_view glb,
                    const data::Table* table,
                    const tree::BuilderCatalogue& catalogue,
                    const ViewOptions& options) {
+  if (!options.mark.empty()) {
+    throw UsageError("a thinning is shown of a table of trees, not of a GLB scene",
+                     {.column = "`mark`"});
+  }
   SceneTrees scene = trees_of_scene(glb, table, catalogue, options);
   std::string data =
       view_json(scene.stand, {.origin = scene.origin, .scene = tree::packed_glb(glb)}, options);

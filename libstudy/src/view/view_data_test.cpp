@@ -117,6 +117,33 @@ std::string glb_of(std::string text) {
 
 }  // namespace
 
+TEST_CASE("marked trees are gone in the variant after thinning") {
+  data::Table table = four_trees();
+  table.set("thin", std::vector<double>{0.0, 1.0, data::kMissing, 2.0});
+  ViewOptions options = coarse();
+  options.mark = "thin";
+  const View view = view_of_trees(table, catalogue(), options);
+  CHECK(view.variants == std::vector<std::string>{"observed", "ols", "thinned"});
+  const json data = json::parse(view.data);
+  const json& before = data["variants"][0];
+  const json& after = data["variants"][2];
+  CHECK(after["title"] == "After thinning");
+  for (const char* const size : {"h", "hc", "model"}) {
+    CHECK(after[size][0] == before[size][0]);
+    CHECK(after[size][1].is_null());
+    CHECK(after[size][3].is_null());
+  }
+  // The third tree has no mark, and no crown width.
+  CHECK(after["h"][2] == before["h"][2]);
+  CHECK(view.notes.back() == "After thinning: 2 of 4 trees are marked in column thin and removed.");
+  options.mark = "thinned";
+  CHECK_THROWS_WITH(view_of_trees(table, catalogue(), options), Contains("thinned"));
+  options.mark = "species";
+  CHECK_THROWS_AS(view_of_trees(table, catalogue(), options), InputError);
+  CHECK_THROWS_WITH(view_of_scene(two_trees_glb(), nullptr, catalogue(), options),
+                    Contains("not of a GLB scene"));
+}
+
 TEST_CASE("base64 is that of RFC 4648", "[study][view]") {
   // Test vectors of section 10.
   const std::array<std::pair<const char*, const char*>, 7> vectors{{{"", ""},

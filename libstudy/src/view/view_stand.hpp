@@ -66,7 +66,7 @@ struct ViewVersion {
 
 /// One set of sizes of all trees.
 struct ViewVariant {
-  std::string name{};   ///< observed, ols, population, conditional
+  std::string name{};   ///< observed, ols, population, conditional, thinned
   std::string title{};  ///< for people
   std::vector<ViewVersion> trees{};
 };

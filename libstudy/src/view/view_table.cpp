@@ -9,6 +9,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/data/checked_columns.hpp"
 #include "silvafit/stand/tree_columns.hpp"
 #include "view/view_stand.hpp"
 
@@ -148,6 +149,7 @@ class StandReader {
     for (const ReadVariant& variant : variants_) add_variant(variant);
     stand_.columns = color_columns(table_, options_.columns, rows_);
     note_missing_values();
+    if (!options_.mark.empty()) add_thinned();
     return std::move(stand_);
   }
 
@@ -237,6 +239,32 @@ class StandReader {
       variant.trees.push_back(std::move(version));
     }
     stand_.variants.push_back(std::move(variant));
+  }
+
+  /// The first variant without the trees that are marked.
+  void add_thinned() {
+    const std::string column = columns_.name_of(options_.mark);
+    if (!table_.has(column)) {
+      throw InputError(data::no_such_column(column, table_.names()),
+                       {.file = table_.file(), .column = "`mark`"});
+    }
+    data::require_numeric(table_, {column});
+    const auto marks = table_.numbers(column);
+    ViewVariant thinned = stand_.variants.front();
+    thinned.name = "thinned";
+    thinned.title = "After thinning";
+    std::size_t removed = 0;
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const double mark = marks[rows_[i]];
+      if (std::isnan(mark) || mark == 0.0) continue;
+      thinned.trees[i] = {};
+      ++removed;
+    }
+    stand_.notes.push_back(fmt::format("After thinning: {} of {} marked in column {} and removed.",
+                                       removed,
+                                       counted(rows_.size(), "tree is", "trees are"),
+                                       column));
+    stand_.variants.push_back(std::move(thinned));
   }
 
   void note_missing_values() {

@@ -2,7 +2,7 @@
 // Controls: navigation mode, sizes, plot, detail, marks; and the arrow buttons for walking on touch screens.
 import { element, section } from "../dom.js";
 import { themeSwitch } from "../theme.js";
-import { treeCount } from "./data.js";
+import { thinnedVariant, treeCount } from "./data.js";
 import { filterControls } from "./filter-controls.js";
 import { button, check, choice } from "./panel.js";
 
@@ -62,7 +62,9 @@ function sizeChoices(data, page) {
   const names = data.variants.map(({ name, title }) => ({ value: name, text: title }));
   const sizes = choice("variant", "Sizes", unlabeled(names), (name) => page.setVariant(0, name));
   if (names.length === 1) return [sizes];
-  return [sizes, choice("beside", "Compare with", unlabeled([{ value: "", text: "nothing" }, ...names]), (name) => page.setVariant(1, name))];
+  const beside = choice("beside", "Compare with", unlabeled([{ value: "", text: "nothing" }, ...names]), (name) => page.setVariant(1, name));
+  beside.querySelector("select").value = thinnedVariant(data)?.name ?? "";
+  return [sizes, beside];
 }
 
 function plotChoice(data, shownPlot, page) {

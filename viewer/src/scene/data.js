@@ -82,5 +82,8 @@ export function plotsCoincide({ plots }) {
 /** The plots whose boundaries are drawn: the selected one, or all. */
 export const outlinedPlots = ({ plots }, shownPlot) => plots.filter((_, plot) => shownPlot === null || plot === shownPlot);
 
+/** The stand after a thinning, which is compared with the one before from the start; null without. */
+export const thinnedVariant = (data) => data.variants.find(({ name }) => name === "thinned") ?? null;
+
 /** The variants with predictions. */
 export const predictions = (data) => data.variants.filter(({ name }) => ["ols", "population", "conditional"].includes(name));

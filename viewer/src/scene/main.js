@@ -6,7 +6,7 @@ import { element, section } from "../dom.js";
 import { onThemeChange, startTheme } from "../theme.js";
 import { colorings } from "./colors.js";
 import { controls, walkingPad } from "./controls.js";
-import { counted, plotsCoincide, readData, treeCount } from "./data.js";
+import { counted, plotsCoincide, readData, thinnedVariant, treeCount } from "./data.js";
 import { cardText, details } from "./details.js";
 import { ALL, isNarrow, passesOf, residualsOf } from "./filters.js";
 import { showFilter } from "./filter-controls.js";
@@ -61,7 +61,7 @@ class Page {
     this.marks = new Marks(this.data, this.view, cssColor);
     this.loaded = await loadStand(this.data);
     this.addPlayer();
-    this.variants = [this.data.variants[0], null];
+    this.variants = [this.data.variants[0], thinnedVariant(this.data)];
     if (this.loaded.rest) this.view.scene.add(this.loaded.rest);
     this.setSides();
     this.view.setShadows(true);

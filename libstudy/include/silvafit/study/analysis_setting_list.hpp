@@ -171,6 +171,11 @@ void each_setting(S& settings, Visit&& visit) {
   visit(Setting("plots", settings.plots, "Show these plots only")
             .as(data::SettingForm::kNames, "PLOT,...")
             .option("plot"));
+  visit(Setting("mark",
+                settings.mark,
+                "Show the stand before and after a thinning side by side, which removes the trees "
+                "with a number other than 0 in this column")
+            .type("COLUMN"));
   visit(Setting("title", settings.title, "Headline (default: the name)"));
   visit(Setting("models",
                 settings.models_per_preset,

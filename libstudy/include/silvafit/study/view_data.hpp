@@ -22,6 +22,8 @@ struct ViewOptions {
   /// are of the observed sizes.
   std::map<std::string, std::string> columns{};
   std::vector<std::string> plots{};   ///< plots to show; empty: all
+  /// Column whose trees with a number other than 0 are removed by a thinning; empty: none.
+  std::string mark{};
   std::size_t models_per_preset = 6;  ///< number of models of a species preset
   std::vector<int> levels{0, 1, 2, 3};
   bool textures = true;  ///< pictures of bark and shoots, else leaves as polygons in plain colors
