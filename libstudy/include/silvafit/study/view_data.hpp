@@ -21,7 +21,7 @@ struct ViewOptions {
   /// Columns with other names or units, as in tree::MorphologyTableOptions; those of h, hcb and cw
   /// are of the observed sizes.
   std::map<std::string, std::string> columns{};
-  std::vector<std::string> plots{};   ///< plots to show; empty: all
+  std::vector<std::string> plots{};  ///< plots to show; empty: all
   /// Column whose trees with a number other than 0 are removed by a thinning; empty: none.
   std::string mark{};
   std::size_t models_per_preset = 6;  ///< number of models of a species preset
