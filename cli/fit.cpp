@@ -134,10 +134,16 @@ study::ReadTable read_data(const FitArguments& arguments,
   }
   const std::string& formula = arguments.texts.formula;
   if (!formula.empty()) fit::add_response(fit::response_of(formula), table);
-  if (!arguments.where.empty()) table = data::rows_where(arguments.where, table);
+  const auto note = [&arguments](const std::string& text) {
+    if (!text.empty()) say(arguments.common, "note: " + text);
+  };
+  if (!arguments.where.empty()) {
+    note(data::describe_compared_texts(arguments.where, table));
+    table = data::rows_where(arguments.where, table);
+  }
+  if (!formula.empty()) note(study::leave_out_negative(fit::response_of(formula), table));
   for (const study::BaseModel* const model : models) {
-    const std::string note = study::leave_out_impossible(model->response, table);
-    if (!note.empty()) say(arguments.common, "note: " + note);
+    note(study::leave_out_impossible(model->response, table));
   }
   return {.table = std::move(table), .recognized = std::move(read.recognized)};
 }

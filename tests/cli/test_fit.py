@@ -92,6 +92,31 @@ class SubModels(ProgramTest):
         self.assertIn(note, self.run_program(*fit, "a ~ spcd + x").stderr)
         self.assertNotIn("slope over its codes", self.run_program(*fit, "a ~ factor(spcd) + x").stderr)
 
+    def test_codes_of_missing_species_are_no_level(self):
+        self.write("dashes.csv", kinds_csv().replace(",oak,", ",-,"))
+        self.write("others.csv", "\n".join(row for row in kinds_csv().splitlines() if ",oak," not in row) + "\n")
+        model = ("--formula", "y ~ a", "--parameter", "a ~ species + x", "--json")
+        done = self.run_program("fit", "dashes.csv", *model)
+        self.assertEqual(json.loads(done.stdout)["fixed"], self.run_json("fit", "others.csv", *model)["fixed"])
+        self.assertIn("8 rows have no species: the label is a code of a missing one", done.stderr)
+
+    def test_heights_below_0_are_not_used(self):
+        rows = stand_csv().splitlines()
+        header = rows[0].split(",")
+        h = header.index("h")
+        wrong = [",".join([*row.split(",")[:h], "-1", *row.split(",")[h + 1:]]) if i % 6 == 0 else row
+                 for i, row in enumerate(rows[1:])]
+        self.write("wrong.csv", "\n".join([rows[0], *wrong]) + "\n")
+        self.write("right.csv", "\n".join([rows[0], *(row for i, row in enumerate(rows[1:]) if i % 6)]) + "\n")
+        model = ("--formula", "h ~ a + b*dbh", "--random", "a | plot", "--json")
+        done = self.run_program("fit", "wrong.csv", *model)
+        fit = json.loads(done.stdout)
+        self.assertEqual(fit["fixed"], self.run_json("fit", "right.csv", *model)["fixed"])
+        self.assertIn("-1 m is not above breast height, 1.3 m", done.stderr)
+        self.write("fit.json", json.dumps(fit))
+        done = self.run_program("predict", "fit.json", "wrong.csv", "--level", "calibrated", "--seen-groups", "new", status=3)
+        self.assertIn("-1 m is not above breast height", done.stderr)
+
     def test_marginal_means_are_those_of_groups(self):
         self.write("kinds.csv", kinds_csv())
         fit = self.fit("species", "--means", "species")

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "silvafit/base/words.hpp"
 #include "silvafit/data/column_reference.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/expression.hpp"
@@ -72,6 +73,7 @@ void require_numeric(const Table& table, const std::vector<std::string>& variabl
 }
 
 std::vector<double> checked_values(std::string_view text, const Table& table) {
+  refuse_column_pi(text, table.names());
   const Expression expression = Expression::parse(text);
   require_columns(expression, text, table);
   require_numeric(table, expression.variables());
@@ -94,6 +96,32 @@ std::vector<std::size_t> rows_that_satisfy(std::string_view condition, const Tab
     rows.push_back(row);
   }
   return rows;
+}
+
+std::string describe_compared_texts(std::string_view condition, const Table& table) {
+  std::string text;
+  const auto add = [&text](std::string part) { text += (text.empty() ? "" : "; ") + part; };
+  for (const std::string& variable : Expression::parse(condition).variables()) {
+    TextMatch match;
+    if (!is_text_match(variable, match) || !table.has(match.column)) continue;
+    const TextColumn labels = table.labels(match.column);
+    std::vector<std::string> similar;
+    bool occurs = false;
+    for (const std::string& level : labels.levels()) {
+      occurs = occurs || level == match.value;
+      const bool is_alike = are_equal_words(trimmed(level), trimmed(match.value));
+      if (level != match.value && is_alike) similar.push_back(level);
+    }
+    if (!similar.empty()) {
+      add(fmt::format("{} has {} beside {}, which the condition does not mean",
+                      match.column,
+                      list_of(similar),
+                      match.value));
+    } else if (!occurs) {
+      add(fmt::format("no row has the {} {}", match.column, match.value));
+    }
+  }
+  return text;
 }
 
 Table rows_where(std::string_view condition, const Table& table) {

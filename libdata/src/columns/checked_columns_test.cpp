@@ -49,3 +49,22 @@ TEST_CASE("a condition selects rows, and is false if its values are missing") {
   CHECK_THROWS_WITH(rows_where("species > 1", trees_to_check()),
                     Contains("trees.csv:2: species: 'SM' is not a number (and 3 more) (plot 07"));
 }
+
+TEST_CASE("texts of a condition that do not occur, or with other spellings, are named") {
+  Table table;
+  TextColumn species;
+  for (const char* text : {"Bu", "bu", "BU ", "Fi"}) species.append(text);
+  table.set("species", species);
+  CHECK(describe_compared_texts("species == \"Bu\"", table) ==
+        "species has bu, BU  beside Bu, which the condition does not mean");
+  CHECK(describe_compared_texts("species == \"Ta\" && species != \"Fi\"", table) ==
+        "no row has the species Ta");
+  CHECK(describe_compared_texts("species == \"Fi\"", table).empty());
+}
+
+TEST_CASE("a column called pi is no number in expressions") {
+  Table table;
+  table.set("pi", std::vector<double>{2.0, 200.0});
+  CHECK_THROWS_WITH(rows_where("pi > 100", table), Contains("a column has this name"));
+  CHECK(rows_where("`pi` > 100", table).rows() == 1);
+}

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <regex>
 #include <utility>
 
 #include "expression/expression_parser.hpp"
@@ -97,11 +98,23 @@ std::vector<std::string> ColumnReference::columns() const {
   return expression ? columns_of(*expression) : std::vector<std::string>{text};
 }
 
+void refuse_column_pi(std::string_view text, std::span<const std::string> columns) {
+  static const std::regex word("(?:^|[^\\w.`\"'])(pi)(?![\\w.`\"'])");
+  std::match_results<std::string_view::const_iterator> found;
+  if (!is_among("pi", columns) || !std::regex_search(text.begin(), text.end(), found, word)) return;
+  throw FormulaError(
+      "pi is 3.14159... here, but a column has this name; write the column in backquotes, or "
+      "rename it",
+      text,
+      static_cast<std::size_t>(found.position(1)) + 1);
+}
+
 ColumnReference column_reference(std::string_view name,
                                  std::string_view text,
                                  std::span<const std::string> columns,
                                  const std::string& file) {
   if (is_among(text, columns)) return {.text = std::string(text)};
+  refuse_column_pi(text, columns);
   Expression expression = expression_of(text, columns);
   for (const std::string& column : columns_of(expression)) {
     if (is_among(column, columns)) continue;

@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
-#include <regex>
 #include <set>
 #include <utility>
 
@@ -406,28 +405,14 @@ SubModelColumns sub_model_columns(std::string_view text) {
   return result;
 }
 
-namespace {
-
-/// Refuses the constant pi where the table has a column of this name.
-void refuse_column_pi(std::string_view text, const data::Table& table) {
-  static const std::regex word("(?:^|[^\\w.`\"'])(pi)(?![\\w.`\"'])");
-  std::match_results<std::string_view::const_iterator> found;
-  if (!table.has("pi") || !std::regex_search(text.begin(), text.end(), found, word)) return;
-  throw FormulaError(
-      "pi is 3.14159... here, but a column has this name; write the column in backquotes, or "
-      "rename it",
-      text,
-      static_cast<std::size_t>(found.position(1)) + 1);
-}
-
-}  // namespace
+namespace {}  // namespace
 
 ModelSpecification specify_model(std::string_view formula,
                                  const std::vector<std::string>& sub_models,
                                  const data::Table& table,
                                  const std::vector<std::string>& columns) {
-  refuse_column_pi(formula, table);
-  for (const std::string& text : sub_models) refuse_column_pi(text, table);
+  data::refuse_column_pi(formula, table.names());
+  for (const std::string& text : sub_models) data::refuse_column_pi(text, table.names());
   ModelSpecification specification{.formula = data::parse_formula(formula)};
   for (const std::string& name : specification.formula.right.variables()) {
     data::TextMatch match;

@@ -55,7 +55,8 @@ class ReportMaker {
   void add_structure(const Inventory& inventory);
   void add_species(const Inventory& inventory, const std::vector<SampledArea>& areas);
   void add_dominant(const Inventory& inventory, const std::vector<SampledArea>& areas);
-  AreaReport report_on(const Inventory& inventory, SampledArea area) const;
+  AreaReport report_on(const Inventory& inventory, SampledArea area);
+  void compare_with_hull(const Inventory& inventory, const SampledArea& area);
   void add_figures(const Inventory& inventory,
                    std::vector<SampledArea> areas,
                    const std::vector<std::string>& strata);
@@ -116,7 +117,9 @@ class ReportMaker {
   std::size_t without_window_ = 0;  ///< trees with a position whose plot has no window
   std::size_t outside_ = 0;         ///< trees with a position that are outside of a window
   std::size_t without_position_ = 0;
-  std::size_t empty_ = 0;  ///< plots without trees
+  std::size_t empty_ = 0;              ///< plots without trees
+  std::size_t smaller_than_hull_ = 0;  ///< plots whose area is smaller than the hull of their trees
+  std::string first_smaller_{};
   std::vector<std::string> plots_left_out_{};
   std::vector<std::string> plots_without_trees_{};  ///< but for those with a window
   std::unordered_set<std::string> windows_without_rows_{};

@@ -244,7 +244,24 @@ void ReportMaker::add_dominant(const Inventory& inventory, const std::vector<Sam
   }
 }
 
-AreaReport ReportMaker::report_on(const Inventory& inventory, SampledArea area) const {
+/// An area that is given cannot be smaller than the hull of the trees on it.
+void ReportMaker::compare_with_hull(const Inventory& inventory, const SampledArea& area) {
+  const bool is_whole = sample_ == nullptr || sample_->represented.empty();
+  if (area.window || !area.has_area || !is_whole) return;
+  if (!inventory.has_coordinates() || inventory.is_placed_by_subplots) return;
+  std::vector<Point> points;
+  for (const std::size_t tree : area.trees) {
+    const Point point{inventory.x[tree], inventory.y[tree]};
+    if (std::isfinite(point.x) && std::isfinite(point.y)) points.push_back(point);
+  }
+  const std::optional<Window> hull = Window::convex_hull(points);
+  if (!hull || !(hull->area_m2() > area.area_m2) || smaller_than_hull_++ > 0) return;
+  first_smaller_ =
+      fmt::format("plot {}: {:.6g} m2, hull {:.6g} m2", area.name, area.area_m2, hull->area_m2());
+}
+
+AreaReport ReportMaker::report_on(const Inventory& inventory, SampledArea area) {
+  compare_with_hull(inventory, area);
   AreaReport report;
   FigureSums sums = without_trees_sums_;
   sums.add(inventory, area.trees);
@@ -396,7 +413,9 @@ void ReportMaker::check_density(const std::string& file) const {
   if (sample_ != nullptr) return;
   for (const AreaReport& plot : report_.areas) {
     const auto trees = static_cast<double>(plot.figures.trees);
-    check_plot_density(plot.area.name, trees, plot.area.area_m2, place);
+    const double basal_area_m2 =
+        plot.figures.basal_area_m2_per_ha * plot.area.area_m2 / kSquareMetersPerHectare;
+    check_plot_density(plot.area.name, trees, basal_area_m2, plot.area.area_m2, place);
   }
 }
 

@@ -25,6 +25,13 @@ void ReportMaker::note_areas() {
                       *options_.plot_area_m2,
                       offered_)});
   }
+  if (smaller_than_hull_ > 0) {
+    note({fmt::format(
+        "{} a smaller area than the convex hull of the trees ({}), so values per hectare are too "
+        "large, unless trees beside the plot are in the table; check the areas",
+        counted(smaller_than_hull_, "plot has", "plots have"),
+        first_smaller_)});
+  }
   // Redwoods and other giants of wet coasts exceed it.
   constexpr double kUsualBasalArea = 120.0;
   const double basal_area = report_.all.basal_area_m2_per_ha;

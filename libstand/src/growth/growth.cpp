@@ -424,6 +424,7 @@ void GrowthMaker::check_density() const {
     GrowthParts numbers = report_.plots[i].values[kNumber];
     check_plot_density(report_.plots[i].plot,
                        std::round(part_of(numbers, GrowthPart::kStart) * areas_ha_[i]),
+                       part_of(parts, GrowthPart::kStart) * areas_ha_[i],
                        areas_ha_[i] * kSquareMetersPerHectare,
                        place);
   }
@@ -520,19 +521,20 @@ void GrowthMaker::add_notes() {
   note_missing();
   note_moved();
   std::size_t not_found = 0;
-  std::size_t shrunk = 0;
+  std::vector<std::string> shrunk;
   std::vector<std::string> too_fast;
   std::string first_lost;
   for (const TreeGrowth& tree : report_.trees) {
-    if (tree.dbh_cm_per_year < 0.0) ++shrunk;
-    if (tree.dbh_cm_per_year > kFastestCmPerYear) {
-      too_fast.push_back(fmt::format("plot {}, tree {} ({} to {} cm, {} to {})",
-                                     tree.plot,
-                                     tree.tree,
-                                     tree.dbh_start_cm,
-                                     tree.dbh_end_cm,
-                                     tree.from,
-                                     tree.to));
+    const bool is_shrunk = tree.dbh_cm_per_year < 0.0;
+    if (is_shrunk || tree.dbh_cm_per_year > kFastestCmPerYear) {
+      (is_shrunk ? shrunk : too_fast)
+          .push_back(fmt::format("plot {}, tree {} ({} to {} cm, {} to {})",
+                                 tree.plot,
+                                 tree.tree,
+                                 tree.dbh_start_cm,
+                                 tree.dbh_end_cm,
+                                 tree.from,
+                                 tree.to));
     }
     if (tree.fate == TreeFate::kNotFound && not_found++ == 0) {
       first_lost = fmt::format("plot {}, tree {}, {}", tree.plot, tree.tree, tree.to);
@@ -568,11 +570,13 @@ void GrowthMaker::add_notes() {
                    counted(too_fast.size(), "dbh increment is", "dbh increments are"),
                    kFastestCmPerYear,
                    data::list_of(too_fast)));
-  note(shrunk,
-       fmt::format(
-           "{} negative and kept: errors of measurement, or bark that was lost{}",
-           counted(shrunk, "dbh increment is", "dbh increments are"),
-           2 * shrunk > report_.trees.size() ? "; that is most of them: check the times" : ""));
+  note(
+      shrunk.size(),
+      fmt::format(
+          "{} negative and kept: errors of measurement, or bark that was lost{}: {}",
+          counted(shrunk.size(), "dbh increment is", "dbh increments are"),
+          2 * shrunk.size() > report_.trees.size() ? "; that is most of them: check the times" : "",
+          data::list_of(shrunk)));
 }
 
 GrowthReport GrowthMaker::run() {

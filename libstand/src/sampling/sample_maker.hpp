@@ -51,6 +51,7 @@ class SampleMaker {
   void add_empty_plots();
   void add_complete_circles();
   double complete_radius_m(const PlotRecord* record) const;
+  void check_subplots() const;
   void check_density() const;
   void note_counts();
 

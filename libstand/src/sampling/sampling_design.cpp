@@ -84,7 +84,7 @@ void SampleMaker::find_expansions() {
       other,
       data::column_reference("expansion", design_.expansion, other.names(), inventory_.file),
       texts);
-  if (has_word(kPerAcreNames, folded_letters(design_.expansion))) {
+  if (is_per_acre(design_.expansion)) {
     for (double& factor : expansions_) factor *= kPerAcre;
     sample_.notes.push_back(
         fmt::format("{} has trees per acre and is converted", design_.expansion));
@@ -306,6 +306,32 @@ void SampleMaker::add_complete_circles() {
       smallest_dbh_cm_));
 }
 
+/// A design counts a plot as the area of as many subplots as it is told of.
+void SampleMaker::check_subplots() const {
+  const bool has_radii = std::ranges::any_of(records_, [](const PlotRecord* record) {
+    return record != nullptr && !std::isnan(record->radius_m);
+  });
+  const bool counts_subplots =
+      !design_.circles.empty() || design_.basal_area_factor > 0.0 || has_radii;
+  if (!sample_.subplot_labels || !counts_subplots) return;
+  std::map<std::uint32_t, std::set<std::uint32_t>> subplots;
+  for (std::size_t tree = 0; tree < inventory_.size(); ++tree) {
+    subplots[inventory_.plot.code(tree)].insert(sample_.subplot_labels->code(tree));
+  }
+  for (const auto& [plot, labels] : subplots) {
+    if (labels.size() <= design_.subplots) continue;
+    throw UsageError(
+        fmt::format("plot {} has {} subplots in column {}, but the design has {} in a plot; give "
+                    "their number with `subplots={}`",
+                    inventory_.plot.levels()[plot],
+                    labels.size(),
+                    design_.subplot,
+                    design_.subplots,
+                    labels.size()),
+        {.file = inventory_.file, .column = "`subplots`"});
+  }
+}
+
 void SampleMaker::check_density() const {
   if (inventory_.trusts_units) return;
   const Place place{.file = design_.plots ? design_.plots->file : inventory_.file,
@@ -314,13 +340,16 @@ void SampleMaker::check_density() const {
   double area_m2 = 0.0;
   for (const SampledArea& area : sample_.areas) {
     area_m2 += area.area_m2;
-    if (uses_table_areas()) {
-      check_plot_density(area.name, static_cast<double>(area.trees.size()), area.area_m2, place);
-    }
+    double of_stems = 0.0;
     for (const std::size_t tree : area.trees) {
-      const double dbh_cm = inventory_.dbh_cm[tree];
-      if (!std::isnan(dbh_cm)) basal_area += sample_.represented[tree] * basal_area_m2(dbh_cm);
+      const double stem = basal_area_m2(inventory_.dbh_cm[tree]);
+      if (std::isnan(stem)) continue;
+      of_stems += stem;
+      basal_area += sample_.represented[tree] * stem;
     }
+    if (!uses_table_areas()) continue;
+    check_plot_density(
+        area.name, static_cast<double>(area.trees.size()), of_stems, area.area_m2, place);
   }
   check_density_is_possible(basal_area / area_m2 * kSquareMetersPerHectare, place);
 }
@@ -337,6 +366,7 @@ DesignedSample SampleMaker::run() {
   if (!design_.subplot.empty()) {
     sample_.subplot_labels = labels_of_subplots(inventory_, design_.subplot);
   }
+  check_subplots();
   find_origin();
   add_areas();
   add_empty_plots();
@@ -367,14 +397,20 @@ void check_density_is_possible(double basal_area_m2_per_ha, const Place& place) 
       place);
 }
 
-void check_plot_density(const std::string& plot, double trees, double area_m2, const Place& place) {
-  if (trees == 0.0 || !(trees < area_m2 / kSquareMetersPerHectare)) return;
+void check_plot_density(
+    const std::string& plot, double trees, double basal_area, double area_m2, const Place& place) {
+  const bool is_too_large = trees < area_m2 / kSquareMetersPerHectare;
+  const bool is_too_small = basal_area > area_m2;
+  if (trees == 0.0 || !(is_too_large || is_too_small)) return;
+  const std::string stems =
+      fmt::format("less than the {:.3g} m2 of basal area of its trees", basal_area);
   throw InputError(
-      fmt::format("plot {} has an area of {:.10g} m2 for {}, less than one per hectare; areas are "
-                  "in m2 (1 ha is 10000), radii in m; if they are right, use `trust_units=true`",
+      fmt::format("plot {} has an area of {:.10g} m2 for {}, {}; areas are in m2 (1 ha is 10000), "
+                  "radii in m; if they are right, use `trust_units=true`",
                   plot,
                   area_m2,
-                  counted(static_cast<std::size_t>(trees), "tree", "trees")),
+                  counted(static_cast<std::size_t>(trees), "tree", "trees"),
+                  is_too_large ? "less than one per hectare" : stems),
       place);
 }
 

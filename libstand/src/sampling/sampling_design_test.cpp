@@ -427,6 +427,60 @@ TEST_CASE("Tables of plots that contradict themselves or have gaps are not silen
   CHECK(says(gaps.notes, "1 plot has no slope in the table and taken as level: 1"));
 }
 
+TEST_CASE("Plots have the subplots that the design counts") {
+  // Four subplots with a tree each, as of a cluster.
+  Inventory stand =
+      without_positions({{.dbh_cm = 20}, {.dbh_cm = 20}, {.dbh_cm = 20}, {.dbh_cm = 20}});
+  stand.other = data::Table(4);
+  stand.other.set("sub", std::vector<double>{1.0, 2.0, 3.0, 4.0});
+  SamplingDesign design{.circles = {{7, 12.62}}, .subplot = "sub"};
+  CHECK_THROWS_WITH(sample_of(stand, design),
+                    Contains("plot 1 has 4 subplots in column sub, but the design has 1 in a "
+                             "plot; give their number with `subplots=4`"));
+  design.subplots = 2;
+  CHECK_THROWS_AS(sample_of(stand, design), UsageError);
+  design.subplots = 5;  // one of them has no tree
+  CHECK(stems_per_ha(sample_of(stand, design), 0) ==
+        Approx(1e4 / (5.0 * M_PI * 12.62 * 12.62)).epsilon(1e-12));
+}
+
+TEST_CASE("Areas of plots that contradict other columns, stems or the hull are not silent") {
+  const Inventory stand = without_positions({{.dbh_cm = 20}});
+  CHECK_THROWS_WITH(plots_of("plot,area,area_ha\n1,800,0.05\n"),
+                    Contains("area_ha 0.05 is 500 in the unit of area, which is 800"));
+  CHECK(plots_of("plot,area,area_ha\n1,504,0.05\n").plots[0].area_m2 == 504.0);
+  // A stem of 20 cm has 0.0314 m2.
+  CHECK_THROWS_WITH(
+      sample_of(stand, {.plots = plots_of("plot,area\n1,0.03\n2,500\n3,500\n")}),
+      Contains("plot 1 has an area of 0.03 m2 for 1 tree, less than the 0.0314 m2 of basal area"));
+  // Trees in the corners of a square of 10 m.
+  const Inventory square = stand_of({{.x = 0, .y = 0, .dbh_cm = 20},
+                                     {.x = 10, .y = 0, .dbh_cm = 20},
+                                     {.x = 10, .y = 10, .dbh_cm = 20},
+                                     {.x = 0, .y = 10, .dbh_cm = 20}});
+  const std::string note =
+      "1 plot has a smaller area than the convex hull of the trees (plot 1: 90 m2, hull 100 m2)";
+  CHECK(says(stand_report(square, {.plot_area_m2 = 90.0}).notes, note));
+  CHECK_FALSE(says(stand_report(square, {.plot_area_m2 = 101.0}).notes, "a smaller area"));
+  CHECK(
+      says(stand_report(square, {.design = {.plots = plots_of("plot,area\n1,90\n")}}).notes, note));
+}
+
+TEST_CASE("Trees per acre are recognized by their unit") {
+  for (const char* const name : {"TPA", "N per acre", "EXPF (1/ac)", "trees/acre"}) {
+    Inventory stand = without_positions({{.dbh_cm = 20}});
+    stand.other = data::Table(1);
+    stand.other.set(name, std::vector<double>{30.0});
+    // An acre has 4046.8564224 m2.
+    CHECK(stems_per_ha(sample_of(stand, {.expansion = name}), 0) ==
+          Approx(30.0 * 1e4 / 4046.8564224).epsilon(1e-12));
+  }
+  Inventory stand = without_positions({{.dbh_cm = 20}});
+  stand.other = data::Table(1);
+  stand.other.set("factor", std::vector<double>{30.0});
+  CHECK(stems_per_ha(sample_of(stand, {.expansion = "factor"}), 0) == Approx(30.0));
+}
+
 TEST_CASE("Units in the headers of a table of plots are converted") {
   // An acre is 43,560 square feet of 0.3048^2 m2.
   CHECK(plots_of("plot,Area (ac)\n1,0.1\n").plots[0].area_m2 ==

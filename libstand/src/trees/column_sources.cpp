@@ -118,6 +118,8 @@ std::string PolarPosition::source_of(std::string_view name) const {
 
 std::vector<ColumnMapping> PolarPosition::sources() const {
   const std::string azimuth = source_of("azimuth");
+  // Without directions, columns of distances are others.
+  if (azimuth.empty() && !is_named()) return {};
   const std::string distance = source_of("distance");
   if (is_named() && (azimuth.empty() || distance.empty())) {
     const char* const lacking = azimuth.empty() ? "azimuth" : "distance";

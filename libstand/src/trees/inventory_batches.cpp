@@ -46,7 +46,7 @@ std::optional<data::TableParts> InventoryReader::parts(std::size_t rows) {
     wanted.group = plot.joined;
     if (plot.field) wanted.group.push_back(*plot.field);
     if (!is_file || !has_tree_numbers()) {
-      wanted.refuse_group = [file = file_, has_stands = plan_.stand_field.has_value()](
+      wanted.refuse_group = [file = file_, has_stands = !plan_.unit_fields.empty()](
                                 std::size_t line, const std::string& label) {
         throw InputError(
             fmt::format("the plot comes again after others; to read plot by plot, sort the file by "

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
@@ -122,6 +123,11 @@ struct PlotSummary {
   std::size_t trees = 0;
   double basal_area_m2 = 0.0;
 
+  double size_m() const { return std::hypot(high_x - low_x, high_y - low_y); }
+  /// From the box.
+  double distance_m(double x, double y) const {
+    return std::hypot(x - std::clamp(x, low_x, high_x), y - std::clamp(y, low_y, high_y));
+  }
   double area_ha() const { return (high_x - low_x) * (high_y - low_y) / 1e4; }
   void add(double x, double y) {
     low_x = std::min(low_x, x);
@@ -173,9 +179,8 @@ void check_position_codes(const Inventory& inventory, const ColumnPlan& plan) {
     if (plot.trees < kEnoughTrees) continue;
     const double x = inventory.x[tree];
     const double y = inventory.y[tree];
-    const double distance_m = std::hypot(x - std::clamp(x, plot.low_x, plot.high_x),
-                                         y - std::clamp(y, plot.low_y, plot.high_y));
-    const double size_m = std::hypot(plot.high_x - plot.low_x, plot.high_y - plot.low_y);
+    const double distance_m = plot.distance_m(x, y);
+    const double size_m = plot.size_m();
     if (distance_m <= size_m) continue;
     Place place = inventory.place(tree);
     place.column = fmt::format("{}, {}", plan.measures[kX].text, plan.measures[kY].text);
@@ -188,6 +193,56 @@ void check_position_codes(const Inventory& inventory, const ColumnPlan& plan) {
             y,
             distance_m,
             size_m),
+        place);
+  }
+}
+
+/// The tree that is farther from the box of the other trees of its plot than that box is wide, if
+/// there are enough others; at an end of x or y.
+std::optional<std::size_t> remote_tree(const Inventory& inventory,
+                                       const std::vector<std::size_t>& trees) {
+  if (trees.size() <= kEnoughTrees) return std::nullopt;
+  const auto by = [](const std::vector<double>& values) {
+    return [&values](std::size_t a, std::size_t b) { return values[a] < values[b]; };
+  };
+  const auto [west, east] = std::ranges::minmax_element(trees, by(inventory.x));
+  const auto [south, north] = std::ranges::minmax_element(trees, by(inventory.y));
+  for (const std::size_t tree : {*west, *east, *south, *north}) {
+    PlotSummary others;
+    for (const std::size_t other : trees) {
+      if (other != tree) others.add(inventory.x[other], inventory.y[other]);
+    }
+    const double distance_m = others.distance_m(inventory.x[tree], inventory.y[tree]);
+    if (distance_m > others.size_m()) return tree;
+  }
+  return std::nullopt;
+}
+
+/// A digit too many in a coordinate stretches the hull, and with it the area, by kilometers.
+void check_remote_trees(const Inventory& inventory, const ColumnPlan& plan) {
+  if (!inventory.has_coordinates()) return;
+  std::vector<std::vector<std::size_t>> trees(inventory.plot.levels().size());
+  for (std::size_t i = 0; i < inventory.size(); ++i) {
+    const bool is_placed = !std::isnan(inventory.x[i]) && !std::isnan(inventory.y[i]);
+    if (is_placed) trees[inventory.plot.code(i)].push_back(i);
+  }
+  for (const std::vector<std::size_t>& of_plot : trees) {
+    const auto remote = remote_tree(inventory, of_plot);
+    if (!remote) continue;
+    PlotSummary others;
+    for (const std::size_t other : of_plot) {
+      if (other != *remote) others.add(inventory.x[other], inventory.y[other]);
+    }
+    Place place = inventory.place(*remote);
+    place.column = fmt::format("{}, {}", plan.measures[kX].text, plan.measures[kY].text);
+    throw InputError(
+        fmt::format("the tree at ({}, {}) is {:.3g} m from the other trees of its plot, which are "
+                    "at most {:.3g} m apart; correct the coordinates; if they are right, use "
+                    "`trust_units=true`",
+                    inventory.x[*remote],
+                    inventory.y[*remote],
+                    others.distance_m(inventory.x[*remote], inventory.y[*remote]),
+                    others.size_m()),
         place);
   }
 }
@@ -285,6 +340,7 @@ void check_units(const Inventory& inventory,
   check_crown_base(inventory, plan, crown_base_above_top);
   check_azimuths(inventory, plan);
   check_position_codes(inventory, plan);
+  check_remote_trees(inventory, plan);
   check_positions(inventory, plan);
 }
 

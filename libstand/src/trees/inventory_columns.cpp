@@ -42,10 +42,10 @@ class Planner {
   Source mapped(const ColumnMapping& mapping) const;
   void add_expansion(ColumnPlan& plan) const;
   std::optional<std::size_t> time_field() const;
-  void refuse_tally(const ColumnPlan& plan) const;
+  std::optional<std::size_t> tally_field(const ColumnPlan& plan) const;
   std::vector<std::size_t> location_of_visits(const ColumnPlan& plan,
                                               const std::vector<ColumnMapping>& known) const;
-  std::optional<std::size_t> stand_field(const ColumnPlan& plan) const;
+  std::vector<std::size_t> unit_fields(const ColumnPlan& plan) const;
   void require(const ColumnPlan& plan, Measure measure) const;
   void require_needed(const ColumnPlan& plan) const;
   double full_circle(const std::string& column, const std::string& position) const;
@@ -114,12 +114,17 @@ std::optional<std::size_t> Planner::time_field() const {
   return column ? field_named(*column) : std::nullopt;
 }
 
-/// Field of the column stand, unless it is read as a standard label.
-std::optional<std::size_t> Planner::stand_field(const ColumnPlan& plan) const {
-  if (const auto field = mapped_field("stand")) return field;
-  const auto field = field_in_any_case("stand", header_);
-  const auto holds = [&field](const Source& source) { return field && source.field == field; };
-  return std::ranges::any_of(plan.labels, holds) ? std::nullopt : field;
+/// Fields of stands and other units of several plots, but those that are read as standard labels.
+std::vector<std::size_t> Planner::unit_fields(const ColumnPlan& plan) const {
+  if (const auto field = mapped_field("stand")) return {*field};
+  std::vector<std::size_t> fields = fields_of_units(header_);
+  std::erase_if(fields, [&plan](std::size_t field) {
+    return std::ranges::any_of(plan.labels, [field](const Source& source) {
+      return source.field == field ||
+             std::ranges::find(source.joined, field) != source.joined.end();
+    });
+  });
+  return fields;
 }
 
 /// The factors of a known table become a column per hectare.
@@ -248,29 +253,23 @@ std::vector<std::size_t> Planner::location_of_visits(
   return fields;
 }
 
-/// A tally has a row for each class of trees and their number.
-void Planner::refuse_tally(const ColumnPlan& plan) const {
+/// The column of a tally, which has a row for each class of trees and their number. Trees with
+/// numbers and positions are no classes.
+std::optional<std::size_t> Planner::tally_field(const ColumnPlan& plan) const {
   constexpr std::string_view kNames =
       "n count counts frequency freq ntrees treecount nstems stemcount stems tally anzahl "
-      "stuckzahl "
+      "stuckzahl stammzahl baumzahl nombre effectif nbtiges nbarbres numerodearboles cantidad "
+      "quantidade kpl runkoluku antal stamantal liczba pocet aantal adet 株数 株數 本数 "
       "nha nperha treesperha stemsperha";
-  if (plan.labels[kTree].exists() || options_.trust_units) return;
-  for (const std::string& name : header_) {
-    const std::string letters = folded_letters(name);
-    if (letters.empty() || !has_word(kNames, letters)) continue;
-    const auto reads = [&name](const ColumnMapping& other) {
-      return other.source.find(name) != std::string::npos;
-    };
-    if (std::ranges::any_of(plan.others, reads)) return;
-    throw InputError(
-        fmt::format("the column {} may be the number of trees of each row, but a row is one tree: "
-                    "give the trees per hectare of a row with `expansion`, such as "
-                    "`columns=each={}*10000/AREA` and `expansion=each`; if a row is one tree, use "
-                    "`trust_units=true`",
-                    name,
-                    data::Expression::variable(name).text()),
-        {.file = file_, .column = name});
+  const bool are_placed = plan.measures[kX].exists() && plan.measures[kY].exists();
+  const bool is_of_trees = plan.labels[kTree].exists() && are_placed;
+  if (is_of_trees || options_.trust_units || options_.has_expansion) return std::nullopt;
+  for (std::size_t field = 0; field < header_.size(); ++field) {
+    const std::string letters = folded_letters(header_[field]);
+    const bool is_tally = !letters.empty() && has_word(kNames, letters);
+    if (is_tally && !is_used(plan, header_[field])) return field;
   }
+  return std::nullopt;
 }
 
 ColumnPlan Planner::plan() {
@@ -297,7 +296,7 @@ ColumnPlan Planner::plan() {
   }
   plan.time_field = time_field();
   if (const auto stem = usual_stem_column(header_)) plan.stem_field = field_named(*stem);
-  plan.stand_field = stand_field(plan);
+  plan.unit_fields = unit_fields(plan);
   const auto status =
       status_column(header_, options_.columns, options_.status_codes, options_.dead, file_);
   if (status) plan.status_field = field_named(*status);
@@ -313,7 +312,7 @@ ColumnPlan Planner::plan() {
   plan.is_placed_by_subplots = place != nullptr && plan.measures[kX].text == place->source &&
                                place->source.find("ifelse") != std::string::npos;
   plan.location = location_of_visits(plan, known);
-  refuse_tally(plan);
+  plan.tally_field = tally_field(plan);
   plan.usual = std::move(usual_);
   return plan;
 }

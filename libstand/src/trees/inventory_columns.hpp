@@ -73,11 +73,12 @@ struct ColumnPlan {
   std::array<Source, kMeasureCount> measures{};
   std::optional<std::size_t> time_field{};  ///< of the time of measurement
   std::optional<std::size_t> stem_field{};  ///< of the number of the stem within its tree
-  /// Of a column of stands; plot numbers may repeat between stands.
-  std::optional<std::size_t> stand_field{};
+  /// Of columns of stands and other units of plots, within which plots may be numbered.
+  std::vector<std::size_t> unit_fields{};
   /// Fields that name the place of a plot, in a known table whose plots are visits.
   std::vector<std::size_t> location{};
   std::optional<std::size_t> status_field{};         ///< alive, dead, cut
+  std::optional<std::size_t> tally_field{};          ///< that may be the number of trees of a row
   std::vector<std::size_t> remarks{};                ///< fields that may tell it, without a status
   std::vector<std::size_t> filled_down{};            ///< fields of --fill-down
   std::vector<ExpressionField> expression_fields{};  ///< of all measures' expressions

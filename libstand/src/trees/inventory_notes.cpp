@@ -82,8 +82,8 @@ std::vector<std::string> InventoryReader::notes() const {
     notes.push_back(
         fmt::format("no column species: all trees have one species, '{}'", kOnlySpecies));
   }
-  if (plan_.stand_field && plan_.labels[kPlot].exists()) {
-    std::string note = shared_labels_.note(csv_.header()[*plan_.stand_field]);
+  for (std::size_t i = 0; i < shared_labels_.size() && plan_.labels[kPlot].exists(); ++i) {
+    std::string note = shared_labels_[i].note(csv_.header()[plan_.unit_fields[i]]);
     if (!note.empty()) notes.push_back(std::move(note));
   }
   if (std::string note = plots_of_locations_.note_on_visits(); !note.empty()) {
@@ -91,6 +91,13 @@ std::vector<std::string> InventoryReader::notes() const {
   }
   if (has_cw_from_radii_) {
     notes.emplace_back("cw is computed from the four crown radii where it is missing");
+  }
+  if (other_widths_ > 0) {
+    notes.push_back(
+        fmt::format("{} a cw that contradicts the four radii, which make more than twice or less "
+                    "than half of it ({}); cover and crowding use cw, and drawn crowns the radii",
+                    counted(other_widths_, "tree has", "trees have"),
+                    first_other_width_));
   }
   if (without_dbh_ > 0) {
     notes.push_back(

@@ -45,6 +45,8 @@ InventoryReader::InventoryReader(const data::TableSource& source,
   }
   plan_ = plan_columns(csv_.header(), csv_.layout().units, options_, file_);
   for (const std::size_t field : plan_.filled_down) csv_.fill_down(field);
+  shared_labels_.resize(plan_.unit_fields.size());
+  for (InventoryRow& row : block_) row.units.resize(plan_.unit_fields.size());
   for (const std::size_t field : plan_.remarks) remarks_.emplace_back(csv_.header()[field]);
   if (!plan_.status_field) remarks_.emplace_back(plan_.labels[kSpecies].text);
   if (plan_.status_field) {
@@ -152,13 +154,21 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
     row.labels[i] = joined_label(parts);
   }
   if (plan_.time_field) row.time = data::trimmed(fields[*plan_.time_field]);
-  if (plan_.stand_field) row.stand = data::trimmed(fields[*plan_.stand_field]);
+  for (std::size_t i = 0; i < plan_.unit_fields.size(); ++i) {
+    row.units[i] = data::trimmed(fields[plan_.unit_fields[i]]);
+  }
   if (plan_.stem_field) row.stem = data::trimmed(fields[*plan_.stem_field]);
   row.location.clear();
   for (const std::size_t field : plan_.location) {
     row.location += fmt::format("{}{}", row.location.empty() ? "" : "-", fields[field]);
   }
   if (plan_.status_field) row.status = data::trimmed(fields[*plan_.status_field]);
+  double trees = 0.0;
+  if (plan_.tally_field && data::parse_number(data::trimmed(fields[*plan_.tally_field]), trees)) {
+    ++tally_rows_;
+    if (trees != 1.0) ++tally_others_;
+    if (trees > 1.0 && trees == std::floor(trees)) ++tally_several_;
+  }
   for (std::size_t i = 0; i < plan_.remarks.size(); ++i) {
     remarks_[i].add(data::trimmed(fields[plan_.remarks[i]]));
   }
@@ -311,6 +321,14 @@ void InventoryReader::accept_or_exclude(InventoryRow& row) {
     row.measures[kCw] = crown_width_m(row.measures);
     is_cw_from_radii = !std::isnan(row.measures[kCw]);
   }
+  // Half or twice is no error of measurement, and no crown that is not round.
+  constexpr double kContradiction = 2.0;
+  const double ratio = crown_width_m(row.measures) / row.measures[kCw];
+  const bool contradicts = ratio > kContradiction || ratio < 1.0 / kContradiction;
+  if (contradicts && other_widths_++ == 0) {
+    first_other_width_ = fmt::format(
+        "line {}: {} m, radii {:.3g} m", row.line, row.measures[kCw], crown_width_m(row.measures));
+  }
   bool excluded = exclude_if_unlabeled(row);
   for (ExcludedRow& problem : row.unreadable) {
     exclude(row, std::move(problem.column), std::move(problem.value), std::move(problem.reason));
@@ -364,8 +382,8 @@ void InventoryReader::append(const InventoryRow& row, TreeStatus status) {
   if (plan_.stem_field) inventory.stem.append(row.stem);
   if (!row.location.empty()) plots_of_locations_.add(row.location, row.labels[kPlot]);
   if (options_.keeps_measurements && plan_.status_field) inventory.status.push_back(status);
-  if (plan_.stand_field && !is_missing(row.stand)) {
-    shared_labels_.add(row.labels[kPlot], row.stand);
+  for (std::size_t i = 0; i < row.units.size(); ++i) {
+    if (!is_missing(row.units[i])) shared_labels_[i].add(row.labels[kPlot], row.units[i]);
   }
   const bool has_radii = std::ranges::all_of(
       kRadii, [this](Measure radius) { return plan_.measures[radius].exists(); });
@@ -373,6 +391,23 @@ void InventoryReader::append(const InventoryRow& row, TreeStatus status) {
     const bool is_kept = plan_.measures[i].exists() || (i == kCw && has_radii);
     if (is_kept) values_of(inventory, i).push_back(row.measures[i]);
   }
+}
+
+/// Numbers of trees are whole and mostly above 1. Without numbers of the trees themselves, any
+/// other number than 1 is one.
+void InventoryReader::refuse_tally() const {
+  const bool is_tally =
+      plan_.labels[kTree].exists() ? 2 * tally_several_ > tally_rows_ : tally_others_ > 0;
+  if (!plan_.tally_field || !is_tally) return;
+  const std::string& name = csv_.header()[*plan_.tally_field];
+  throw InputError(
+      fmt::format("the column {} may be the number of trees of each row, but a row is one tree: "
+                  "give the trees per hectare of a row with `expansion`, such as "
+                  "`columns=each={}*10000/AREA` and `expansion=each`; if a row is one tree, use "
+                  "`trust_units=true`",
+                  name,
+                  data::Expression::variable(name).text()),
+      {.file = file_, .column = name});
 }
 
 /// Counts of the kept trees.
@@ -435,7 +470,10 @@ CheckedInventory InventoryReader::read() {
     for (std::size_t i = 0; i < block_size_; ++i) accept_or_exclude(block_[i]);
   }
   require_clear_marks();
-  if (of_ == BatchOf::kPlots) shared_labels_.finish_plots();
+  refuse_tally();
+  if (of_ == BatchOf::kPlots) {
+    for (SharedPlotLabels& shared : shared_labels_) shared.finish_plots();
+  }
   if (of_ != BatchOf::kRows) compare_trees();
   excluded_.add(result_);
   const bool is_whole = of_ == BatchOf::kTable;

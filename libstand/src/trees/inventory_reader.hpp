@@ -30,12 +30,12 @@ namespace silvafit::stand {
 struct InventoryRow {
   std::size_t line = 0;
   std::array<std::string, kLabelCount> labels{};
-  std::string time{};           ///< as written; empty if there is no such column
-  std::string stand{};          ///< as time
-  std::string stem{};           ///< as time
-  std::string location{};       ///< of the visits of a plot, in some known tables
-  std::string status{};         ///< as time
-  std::string measured_plot{};  ///< with InventoryOptions::period: the plot, without the time
+  std::string time{};                ///< as written; empty if there is no such column
+  std::vector<std::string> units{};  ///< as time, of ColumnPlan::unit_fields
+  std::string stem{};                ///< as time
+  std::string location{};            ///< of the visits of a plot, in some known tables
+  std::string status{};              ///< as time
+  std::string measured_plot{};       ///< with InventoryOptions::period: the plot, without the time
   Measures measures{};
   std::vector<ExcludedRow> unreadable{};  ///< fields that should be numbers but are not
 };
@@ -96,6 +96,7 @@ class InventoryReader {
   void exclude(const InventoryRow& row, std::string column, std::string value, std::string reason);
   std::vector<std::string> sources_of_others() const;
   void read_other_columns();
+  void refuse_tally() const;
   void count_findings();
   void compare_trees();
   void compare_measurements();
@@ -122,14 +123,19 @@ class InventoryReader {
   std::vector<std::size_t> kept_rows_{};  ///< position in the table or part of each tree, from 0
   data::TextColumn times_{};              ///< of each tree, if there is a column of times
   TimedTrees skipped_{};                  ///< trees of rows that are not used, likewise
-  SharedPlotLabels shared_labels_{};
+  std::vector<SharedPlotLabels> shared_labels_{};  ///< of ColumnPlan::unit_fields
   SharedPlotLabels plots_of_locations_{};
   RepeatedNumbers repeated_numbers_{};
   OddValues odd_values_{};
+  std::size_t tally_rows_ = 0;     ///< with a number in ColumnPlan::tally_field
+  std::size_t tally_others_ = 0;   ///< with another number than 1
+  std::size_t tally_several_ = 0;  ///< with several trees
   std::size_t without_species_ = 0;
   std::size_t without_dbh_ = 0;
   std::size_t crown_base_above_top_ = 0;
   bool has_cw_from_radii_ = false;
+  std::size_t other_widths_ = 0;  ///< trees whose cw contradicts their radii
+  std::string first_other_width_{};
   data::MissingCodes codes_{};
   StatusColumn status_{};
   SpeciesSpellings spellings_{};

@@ -297,6 +297,15 @@ TEST_CASE("a tally is not taken for trees, nor rows of sums and means") {
   InventoryOptions trusting;
   trusting.trust_units = true;
   CHECK(read_inventory_text(tally, trusting).inventory.size() == 2);
+  // Rows may be numbered, too; one tree a row is no tally.
+  const std::string numbered = "plot,Nr,species,dbh,Stammzahl\nA,1,Fi,20,300\nA,2,Fi,30,110\n";
+  CHECK_THROWS_WITH(read_inventory_text(numbered), Contains("column Stammzahl may be the number"));
+  CHECK(read_inventory_text("plot,dbh,Count\n1,20,1\n1,22,1\n").inventory.size() == 2);
+  // Stems of a tree.
+  CHECK(read_inventory_text("plot,tree,dbh,n\n1,1,20,1\n1,2,22,3\n").inventory.size() == 2);
+  InventoryOptions expanded;
+  expanded.has_expansion = true;
+  CHECK(read_inventory_text(tally, expanded).inventory.size() == 2);
   const CheckedInventory sums = read_inventory_text(
       "plot,tree,species,dbh\n1,1,A,20\n1,Mean,A,22\n1,2,MAX,24\n2,1,Total,40\nSumme,,,44\n");
   // MAX may be the code of a species.
@@ -311,6 +320,44 @@ TEST_CASE("a value far above the next one may lack its decimal point") {
   CHECK_FALSE(has_note(read_inventory_text(rows + "1,3,80,25\n"), "decimal point"));
   CHECK(has_note(read_inventory_text(rows + "1,3,286,25\n"),
                  "286 cm is 8.2 times the next largest value, 35; is a decimal point missing?"));
+}
+
+TEST_CASE("plots that are numbered within clusters are named") {
+  for (const char* const unit : {"cluster", "Trakt", "Bestand", "site"}) {
+    CHECK(has_note(read_inventory_text(std::string(unit) + ",plot,tree,dbh\nA,1,1,20\nB,1,2,22\n"),
+                   "1 plot label occurs with several values of the column " + std::string(unit)));
+  }
+  CHECK_FALSE(has_note(
+      read_inventory_text("Bestand,cluster,plot,tree,dbh\nA,A,1,1,20\nA,B,2,2,22\n"), "occurs"));
+}
+
+TEST_CASE("a tree far from all others of its plot is an error") {
+  std::string rows = "plot,tree,x,y,dbh\n";
+  for (int tree = 1; tree < 13; ++tree) {
+    rows += fmt::format("1,{},{},{},20\n", tree, tree % 4 * 5, tree / 4 * 5);
+  }
+  CHECK_THROWS_WITH(
+      read_inventory_text(rows + "1,13,11230,5,20\n"),
+      Contains("the tree at (11230, 5) is 1.12e+04 m from the other trees of its plot"));
+  // As far as the others are apart, 15 and 15 m.
+  CHECK(read_inventory_text(rows + "1,13,36,5,20\n").inventory.size() == 13);
+  InventoryOptions trusting;
+  trusting.trust_units = true;
+  CHECK(read_inventory_text(rows + "1,13,11230,5,20\n", trusting).inventory.size() == 13);
+}
+
+TEST_CASE("a crown width that contradicts the radii is named") {
+  const std::string header = "plot,tree,dbh,cw,cr_e,cr_w,cr_s,cr_n\n";
+  CHECK(has_note(read_inventory_text(header + "1,1,20,5,1,1,1,1\n1,2,20,5,2,3,2,3\n"),
+                 "1 tree has a cw that contradicts the four radii, which make more than twice or "
+                 "less than half of it (line 2: 5 m, radii 2 m)"));
+  CHECK_FALSE(has_note(read_inventory_text(header + "1,1,20,4,1,1,1,1\n"), "contradicts"));
+}
+
+TEST_CASE("columns of distances without directions are no positions") {
+  const CheckedInventory trees =
+      read_inventory_text("plot,tree,dbh,Abstand,Distanz\n1,1,20,3,4\n1,2,22,4,5\n");
+  CHECK_FALSE(trees.inventory.has_coordinates());
 }
 
 TEST_CASE("a plot is described by its last visit") {

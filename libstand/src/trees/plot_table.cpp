@@ -109,6 +109,17 @@ std::optional<double> unit_of(const NumberColumn& column, const std::string& hea
   return std::nullopt;
 }
 
+/// The factor of a column to our unit.
+double factor_of(std::string_view name, const std::string& source) {
+  double factor = 1.0;
+  for (const NumberColumn& one : kNumbers) {
+    if (one.name != name) continue;
+    if (has_word(one.usual, folded_letters(source))) factor = one.unit;
+    if (const auto unit = unit_of(one, source)) factor = *unit;
+  }
+  return factor;
+}
+
 class PlotTableReader {
  public:
   PlotTableReader(const data::TableSource& source, const std::vector<ColumnMapping>& columns)
@@ -124,7 +135,7 @@ class PlotTableReader {
  private:
   void check_names() const;
   void find_columns();
-  std::optional<std::string> usual_column(std::string_view name) const;
+  std::optional<std::string> usual_column(std::string_view name);
   std::string named_instead_of(std::string_view name) const;
   void note(const std::string& text);
   void add(std::string_view name, std::string source, bool is_usual);
@@ -133,6 +144,7 @@ class PlotTableReader {
   std::vector<double> numbers(const std::string& name);
   std::string text(const std::string& name, std::size_t row) const;
   void check_range(const std::string& name, std::vector<double>& values);
+  void compare_others(const std::string& name, const std::vector<double>& values);
   bool repeats(const PlotRecord& record, std::size_t row);
   void problem(std::size_t row, const std::string& column, const std::string& what);
   void refuse_problems() const;
@@ -141,6 +153,7 @@ class PlotTableReader {
   const std::vector<ColumnMapping>& columns_;
   std::map<std::string, std::string, std::less<>> sources_{};
   std::map<std::string, double, std::less<>> factors_{};
+  std::map<std::string, std::vector<std::string>> others_{};  ///< further columns of one value
   data::Table table_{};
   PlotTable result_{};
   std::vector<std::string> problems_{};
@@ -164,7 +177,7 @@ void PlotTableReader::check_names() const {
 
 /// A column of the file under another name. Two columns that match are an error, because the
 /// choice is up to the user.
-std::optional<std::string> PlotTableReader::usual_column(std::string_view name) const {
+std::optional<std::string> PlotTableReader::usual_column(std::string_view name) {
   if (name == "plot") {
     if (auto visit = known_plot_column(header_)) return visit;
   }
@@ -191,7 +204,12 @@ std::optional<std::string> PlotTableReader::usual_column(std::string_view name) 
   }
   if (found.empty()) return std::nullopt;
   const auto own = std::ranges::find(found, name);
-  if (own != found.end()) return *own;
+  if (own != found.end()) {
+    std::ranges::copy_if(found,
+                         std::back_inserter(others_[std::string(name)]),
+                         [name](const std::string& other) { return other != name; });
+    return *own;
+  }
   if (found.size() > 1) {
     throw UsageError(fmt::format("'{}' and '{}' could both be {}; name one with "
                                  "`plots_columns={}={}`",
@@ -223,13 +241,7 @@ std::string PlotTableReader::named_instead_of(std::string_view name) const {
 
 void PlotTableReader::add(std::string_view name, std::string source, bool is_usual) {
   if (is_usual && source != name) note(fmt::format("{} is read from column {}", name, source));
-  double factor = 1.0;
-  for (const NumberColumn& one : kNumbers) {
-    if (one.name != name) continue;
-    if (has_word(one.usual, folded_letters(source))) factor = one.unit;
-    if (const auto unit = unit_of(one, source)) factor = *unit;
-  }
-  factors_[std::string(name)] = factor;
+  factors_[std::string(name)] = factor_of(name, source);
   sources_.emplace(name, std::move(source));
 }
 
@@ -309,6 +321,29 @@ void PlotTableReader::check_range(const std::string& name, std::vector<double>& 
   }
 }
 
+/// Columns with other names of the same value must agree with it.
+void PlotTableReader::compare_others(const std::string& name, const std::vector<double>& values) {
+  constexpr double kRounded = 0.05;  // a size in ha with two decimals, from 0.1 ha on
+  for (const std::string& other : others_[name]) {
+    if (!table_.is_numeric(other)) continue;
+    const auto numbers = table_.numbers(other);
+    for (std::size_t row = 0; row < values.size(); ++row) {
+      const double value = numbers[row] * factor_of(name, other);
+      if (!(std::abs(value - values[row]) > kRounded * std::abs(values[row]))) continue;
+      problem(row,
+              other,
+              fmt::format("{} {} is {:.6g} in the unit of {}, which is {:.6g}; name the right one "
+                          "with `plots_columns={}=COLUMN`",
+                          other,
+                          numbers[row],
+                          value,
+                          name,
+                          values[row],
+                          name));
+    }
+  }
+}
+
 std::vector<double> PlotTableReader::numbers(const std::string& name) {
   std::vector<double> values(table_.rows(), data::kMissing);
   const auto source = sources_.find(name);
@@ -322,6 +357,7 @@ std::vector<double> PlotTableReader::numbers(const std::string& name) {
   }
   for (double& value : values) value *= factors_[name];
   check_range(name, values);
+  compare_others(name, values);
   if (name != "slope_percent") return values;
   for (double& value : values) value = std::atan(value / 100.0) * kDegreesOfRadian;
   return values;

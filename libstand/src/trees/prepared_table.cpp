@@ -301,6 +301,7 @@ void Preparation::add_column(const std::string& name,
 
 /// The columns of a condition. Ours are as mapped, or under a usual name; others those of the file.
 data::Table Preparation::columns_of_condition() const {
+  data::refuse_column_pi(wanted_.where, header());
   data::Table table(text_->lines.size());
   for (const std::string& variable : data::Expression::parse(wanted_.where).variables()) {
     const std::string name = data::column_of(variable);
@@ -368,6 +369,8 @@ void Preparation::choose_rows() {
       is_part_ ? "rows are chosen"
                : fmt::format("{} of {} rows are used", chosen->lines.size(), text_->lines.size());
   notes_.push_back(rows_used + ", by the condition " + wanted_.where + plots_lost(chosen));
+  const std::string odd = data::describe_compared_texts(wanted_.where, table);
+  if (!odd.empty() && !is_part_) notes_.push_back(odd);
   text_ = std::move(chosen);
 }
 

@@ -72,6 +72,16 @@ Names radii_between(const Names& header, const std::string& north) {
   return {};
 }
 
+/// The fields whose folded letters are one of the words.
+std::vector<std::size_t> fields_named(std::string_view words, const Names& header) {
+  std::vector<std::size_t> fields;
+  for (std::size_t field = 0; field < header.size(); ++field) {
+    const std::string letters = folded_letters(header[field]);
+    if (!letters.empty() && has_word(words, letters)) fields.push_back(field);
+  }
+  return fields;
+}
+
 }  // namespace
 
 std::string describe_unread_columns(const Names& header,
@@ -113,17 +123,22 @@ std::string describe_unread_columns(const Names& header,
   return fmt::format("{}", fmt::join(notes, "; "));
 }
 
+std::vector<std::size_t> fields_of_units(const Names& header) {
+  constexpr std::string_view kNames =
+      "stand standid standno standnr standnumber bestand bestandnr bestandsnr bestandesnr "
+      "abteilung unterabteilung cluster clusterid clusterno clusternr trakt traktid traktnr tract "
+      "tractid forest forestid site siteid sitename region block blockid compartment district "
+      "farm finca peuplement foret conglomerado rodal talhao bosque metsikko kuvio lohko bestand "
+      "avdelning oddzial porost 林分 林班 小班";
+  return fields_named(kNames, header);
+}
+
 std::vector<std::size_t> remark_fields(const Names& header) {
   constexpr std::string_view kNames =
       "remark remarks comment comments note notes bemerkung bemerkungen anmerkung anmerkungen "
       "remarque remarques observation observations observacion observaciones observacao "
       "observacoes osservazioni huomautus huomautukset anmarkning uwagi poznamka 备注";
-  std::vector<std::size_t> fields;
-  for (std::size_t field = 0; field < header.size(); ++field) {
-    const std::string letters = folded_letters(header[field]);
-    if (!letters.empty() && has_word(kNames, letters)) fields.push_back(field);
-  }
-  return fields;
+  return fields_named(kNames, header);
 }
 
 void StatusWords::add(std::string_view value, std::size_t rows) {

@@ -98,6 +98,17 @@ std::optional<double> square_meters(std::string_view unit) {
   return std::nullopt;
 }
 
+bool is_per_acre(std::string_view header) {
+  const std::string letters = folded_letters(header);
+  if (has_word(kPerAcreNames, letters)) return true;
+  for (const std::string_view end : {"peracre", "/acre", "/ac"}) {
+    std::string text = end.front() == '/' ? folded(header) : letters;
+    while (!text.empty() && is_separator(text.back())) text.pop_back();
+    if (text.ends_with(end)) return true;
+  }
+  return false;
+}
+
 HeaderParts header_parts(std::string_view header) {
   std::string text = folded(header);
   // R replaces signs by dots, so that "DBH (cm)" becomes "DBH..cm.".

@@ -180,6 +180,8 @@ class Predictor {
     if (const BaseModel* const model = base_model_of(fit, catalogue_)) {
       require_domain_of_covariates(*model, part);
       if (is_calibrated()) require_possible(model->response, part);
+    } else if (is_calibrated()) {
+      require_not_negative(fit.specification.formula.left, part);
     }
     const bool has_groups =
         settings_.level == fit::Level::kConditional || settings_.level == fit::Level::kCalibrated;

@@ -74,16 +74,29 @@ std::string origin_of(const std::string& name,
       fmt::join(mappings, ","));
 }
 
+bool is_size(const std::string& response, const data::Table& table) {
+  const bool is_named = response == "h" || response == "hcb" || response == "cw";
+  return is_named && table.has(response);
+}
+
+/// The heights of trees whose crown base is above them; empty if they are not known.
+std::span<const double> heights_for(const std::string& response, const data::Table& table) {
+  const bool are_known = response == "hcb" && table.has("h") && table.is_numeric("h");
+  return are_known ? table.numbers("h") : std::span<const double>();
+}
+
 /// The rows where a size of a tree cannot have been measured; none for other responses.
 std::vector<std::size_t> impossible_rows(const std::string& response, const data::Table& table) {
   std::vector<std::size_t> rows;
-  const bool is_checked = response == "h" || response == "hcb" || response == "cw";
-  if (!is_checked || !table.has(response)) return rows;
+  if (!is_size(response, table)) return rows;
   require_numbers(table, {response});
   const std::span<const double> values = table.numbers(response);
+  const std::span<const double> heights = heights_for(response, table);
   const stand::TreeColumn* const column = stand::tree_column(response);
   for (std::size_t row = 0; row < values.size(); ++row) {
-    if (!std::isnan(values[row]) && !column->is_possible(values[row])) rows.push_back(row);
+    if (std::isnan(values[row])) continue;
+    const bool is_above_top = !heights.empty() && values[row] >= heights[row];
+    if (!column->is_possible(values[row]) || is_above_top) rows.push_back(row);
   }
   return rows;
 }
@@ -91,8 +104,46 @@ std::vector<std::size_t> impossible_rows(const std::string& response, const data
 std::string impossible_value(const std::string& response,
                              const data::Table& table,
                              std::size_t row) {
+  const double value = table.numbers(response)[row];
+  const stand::TreeColumn* const column = stand::tree_column(response);
+  if (!column->is_possible(value)) return fmt::format("{} m is not {}", value, column->range.text);
+  return fmt::format("{} m is not below h {} m", value, heights_for(response, table)[row]);
+}
+
+/// The rows of a table of trees in which a size is negative.
+std::vector<std::size_t> negative_rows(const std::string& response, const data::Table& table) {
+  std::vector<std::size_t> rows;
+  if (!is_size(response, table) || !table.has("dbh") || !table.is_numeric(response)) return rows;
+  const std::span<const double> values = table.numbers(response);
+  for (std::size_t row = 0; row < values.size(); ++row) {
+    if (values[row] < 0.0) rows.push_back(row);
+  }
+  return rows;
+}
+
+std::string leave_out(const std::vector<std::size_t>& rows,
+                      const std::string& response,
+                      data::Table& table) {
+  if (rows.empty()) return {};
+  const std::string first = describe(data::place_of(table, rows.front(), response),
+                                     impossible_value(response, table, rows.front()));
+  const auto read = table.numbers(response);
+  std::vector<double> values(read.begin(), read.end());
+  for (const std::size_t row : rows) values[row] = data::kMissing;
+  table.set(response, std::move(values));
   return fmt::format(
-      "{} m is not {}", table.numbers(response)[row], stand::tree_column(response)->range.text);
+      "{} skipped, the first: {}", counted(rows.size(), "row is", "rows are"), first);
+}
+
+/// \throws DomainError at the first of the rows
+void refuse_rows(const std::vector<std::size_t>& rows,
+                 const std::string& response,
+                 const data::Table& table) {
+  if (rows.empty()) return;
+  throw DomainError(fmt::format("{}; leave the field empty if {} was not measured",
+                                impossible_value(response, table, rows.front()),
+                                response),
+                    data::place_of(table, rows.front(), response));
 }
 
 }  // namespace
@@ -124,10 +175,13 @@ std::vector<std::string> add_columns(const std::vector<stand::ColumnMapping>& co
     }
   }
   if (!computed.empty()) {
+    const bool is_of_all = computed == std::vector<std::string>{"BAL"};
+    const std::string trees =
+        is_of_all ? "all trees" : fmt::format("the {} nearest trees", options.neighbors);
     notes.push_back(
-        fmt::format("{}: computed from the {} nearest trees of {}, without a window",
+        fmt::format("{}: computed from {} of {}, without a window",
                     fmt::join(computed, ", "),
-                    options.neighbors,
+                    trees,
                     options.scope == stand::SearchScope::kStand ? "the stand" : "each plot"));
   }
   return notes;
@@ -156,25 +210,19 @@ void require_domain(const BaseModel& model, const data::Table& table) {
 }
 
 void require_possible(const std::string& response, const data::Table& table) {
-  const std::vector<std::size_t> rows = impossible_rows(response, table);
-  if (rows.empty()) return;
-  throw DomainError(fmt::format("{}; leave the field empty if {} was not measured",
-                                impossible_value(response, table, rows.front()),
-                                response),
-                    data::place_of(table, rows.front(), response));
+  refuse_rows(impossible_rows(response, table), response, table);
+}
+
+void require_not_negative(const std::string& response, const data::Table& table) {
+  refuse_rows(negative_rows(response, table), response, table);
 }
 
 std::string leave_out_impossible(const std::string& response, data::Table& table) {
-  const std::vector<std::size_t> rows = impossible_rows(response, table);
-  if (rows.empty()) return {};
-  const std::string first = describe(data::place_of(table, rows.front(), response),
-                                     impossible_value(response, table, rows.front()));
-  const auto read = table.numbers(response);
-  std::vector<double> values(read.begin(), read.end());
-  for (const std::size_t row : rows) values[row] = data::kMissing;
-  table.set(response, std::move(values));
-  return fmt::format(
-      "{} skipped, the first: {}", counted(rows.size(), "row is", "rows are"), first);
+  return leave_out(impossible_rows(response, table), response, table);
+}
+
+std::string leave_out_negative(const std::string& response, data::Table& table) {
+  return leave_out(negative_rows(response, table), response, table);
 }
 
 void use_base_model(const BaseModel& model,

@@ -2,6 +2,7 @@
 #include "silvafit/study/table_checks.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "reference.hpp"
 #include "silvafit/data/checked_columns.hpp"
@@ -77,4 +78,21 @@ TEST_CASE("an impossible measured value is an error with its place") {
 
 TEST_CASE("the error about a missing structural index has the remedy") {
   CHECK_THROWS_WITH(require_numbers(trees_to_check(), {"C"}), Contains("silvafit indices"));
+}
+
+TEST_CASE("crown bases above the top, and negative sizes of the user's models, are impossible") {
+  data::Table table;
+  table.set("dbh", std::vector<double>{20.0, 22.0, 24.0});
+  table.set("h", std::vector<double>{10.0, -1.0, 0.5});
+  table.set("hcb", std::vector<double>{12.0, 3.0, data::kMissing});
+  CHECK_THROWS_WITH(require_possible("hcb", table), Contains("12 m is not below h 10 m"));
+  CHECK_THROWS_WITH(require_not_negative("h", table), Contains("-1 m is not above breast height"));
+  CHECK_NOTHROW(require_not_negative("hcb", table));
+  CHECK(leave_out_negative("h", table).starts_with("1 row is skipped, the first: "));
+  // A model of the user may have heights of seedlings.
+  CHECK(table.numbers("h")[2] == 0.5);
+  CHECK(std::isnan(table.numbers("h")[1]));
+  data::Table other;
+  other.set("h", std::vector<double>{-1.0});
+  CHECK(leave_out_negative("h", other).empty());
 }

@@ -96,6 +96,7 @@ class IndicesRun {
                        settings_.reading,
                        {.keep = columns_of(settings_.sampling),
                         .needs_coordinates = true,
+                        .has_expansion = !settings_.sampling.expansion.empty(),
                         .keeps_expansion = !is_in_parts},
                        {.is_in_parts = is_in_parts, .threads = settings_.threads},
                        callbacks_.note);

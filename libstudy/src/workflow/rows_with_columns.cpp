@@ -68,7 +68,7 @@ void refuse_known_columns(const std::vector<std::string>& names,
                           const std::string& file) {
   for (const std::string& name : names) {
     if (std::ranges::find(header, name) == header.end()) continue;
-    throw InputError("the file already has this column; choose another name",
+    throw InputError("the file already has this column; rename or remove it there",
                      {.file = file, .column = name});
   }
 }

@@ -342,7 +342,10 @@ StandSummary stand_summary(const data::TableSource& inventory,
   stand::InventoryBatches flow = inventory_flow(
       inventory,
       options.reading,
-      {.keep = columns_of(options), .refuses_unread = true, .keeps_expansion = !options.stream},
+      {.keep = columns_of(options),
+       .refuses_unread = true,
+       .has_expansion = !options.sampling.expansion.empty(),
+       .keeps_expansion = !options.stream},
       {.is_in_parts = options.stream, .rows = kRowsOfBatch, .threads = options.threads},
       callbacks.note);
   QuantitiesOfParts quantities(options.equations);
@@ -493,6 +496,7 @@ GrowthSummary stand_growth(const data::TableSource& inventory,
   const stand::StandReportOptions report = report_options(options);
   const stand::InventoryOptions reading{.keep = columns_of(options),
                                         .refuses_unread = true,
+                                        .has_expansion = !options.sampling.expansion.empty(),
                                         .keeps_expansion = true,
                                         .keeps_measurements = true};
   GrowthSummary summary{.inventory =

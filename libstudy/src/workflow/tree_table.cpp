@@ -83,6 +83,7 @@ class TableReader {
   void find_missing_values(const std::string& name, const std::string& source, bool is_own);
   void add_column(const stand::ColumnMapping& column);
   void unify_spellings();
+  void find_missing_species();
   void leave_out_sums();
   void describe_unread();
   void read_status();
@@ -185,6 +186,32 @@ void TableReader::add_column(const stand::ColumnMapping& column) {
     table.set(column.name, data::numbers_of(table, reference, cells));
   } else {
     data::copy_column(column.name, table, column.source, table);
+  }
+}
+
+/// Species such as `-` and `?` are missing in models, as they are in stands.
+void TableReader::find_missing_species() {
+  if (wishes_.wants_all || wishes_.keeps_sums) return;
+  const auto fields =
+      stand::fields_of("species", reader_.header(), wishes_.options.columns, reader_.file());
+  if (fields.size() != 1) return;
+  const std::string& name = reader_.header()[fields.front()];
+  for (const std::string& column : {name, std::string("species")}) {
+    if (!result_.table.has(column) || result_.table.is_numeric(column)) continue;
+    const data::TextColumn& read = result_.table.text(column);
+    if (std::ranges::none_of(read.levels(), data::is_missing_number)) continue;
+    data::TextColumn species;
+    std::size_t missing = 0;
+    for (std::size_t row = 0; row < read.size(); ++row) {
+      const bool is_code = !read.is_missing(row) && data::is_missing_number(read[row]);
+      if (is_code) ++missing;
+      read.is_missing(row) || is_code ? species.append_missing() : species.append(read[row]);
+    }
+    result_.table.set(column, std::move(species));
+    if (column != name || missing == 0) continue;
+    note(fmt::format("{} no {}: the label is a code of a missing one",
+                     counted(missing, "row has", "rows have"),
+                     name));
   }
 }
 
@@ -359,17 +386,19 @@ void TableReader::describe_recurring_groups() {
   for (const fit::RandomEffects& term : fit::parse_random_effects(wishes_.random)) {
     grouped.push_back(term.group);
   }
-  using Level = std::pair<const char*, const char*>;
-  for (const auto& [inner, outer] : {Level{"tree", "plot"}, Level{"plot", "stand"}}) {
-    const auto column_of = [this](const std::string& name) -> std::string {
-      const auto fields =
-          stand::fields_of(name, reader_.header(), wishes_.options.columns, reader_.file());
-      return fields.size() == 1 ? reader_.header()[fields.front()] : std::string();
-    };
+  const auto& header = reader_.header();
+  const auto column_of = [&](const std::string& name) -> std::string {
+    const auto fields = stand::fields_of(name, header, wishes_.options.columns, reader_.file());
+    return fields.size() == 1 ? header[fields.front()] : std::string();
+  };
+  std::vector<std::pair<std::string, std::string>> levels{{"tree", column_of("plot")}};
+  for (const std::size_t field : stand::fields_of_units(header)) {
+    levels.emplace_back("plot", header[field]);
+  }
+  for (const auto& [inner, within] : levels) {
     const std::string group = column_of(inner);
-    const std::string within = column_of(outer);
     const data::Table& table = result_.table;
-    const bool is_alone = !within.empty() && contains(grouped, group) &&
+    const bool is_alone = !within.empty() && within != group && contains(grouped, group) &&
                           !contains(grouped, within) && table.has(group) && table.has(within);
     if (!is_alone) continue;
     const data::TextColumn groups = table.labels(group);
@@ -424,6 +453,7 @@ TableReader::Result TableReader::read() {
       if (contains(reader_.header(), source)) result_.columns.emplace(name, source);
     }
   }
+  find_missing_species();
   if (!wishes_.keeps_spellings) unify_spellings();
   // The last visit of a plot may have found dead trees only.
   resolve_repeated_rows(RepeatedRows::kOneOfEachTree);

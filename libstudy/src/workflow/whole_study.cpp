@@ -211,6 +211,7 @@ StudyRecord whole_study(const data::TableSource& inventory,
                                     {.keep = other_columns(settings),
                                      .keep_all = !own_formulas(settings.study).empty(),
                                      .refuses_unread = true,
+                                     .has_expansion = !settings.sampling.expansion.empty(),
                                      .keeps_expansion = true,
                                      .period = settings.study.period},
                                     callbacks.note);

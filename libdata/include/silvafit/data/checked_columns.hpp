@@ -32,6 +32,10 @@ std::vector<double> checked_values(std::string_view text, const Table& table);
 /// \throws as checked_values; UsageError if its values are others than true and false, 1 and 0
 std::vector<std::size_t> rows_that_satisfy(std::string_view condition, const Table& table);
 
+/// What is odd about the texts that a condition compares with columns: they do not occur, or with
+/// other capitals or blanks, too. Empty: nothing.
+std::string describe_compared_texts(std::string_view condition, const Table& table);
+
 /// The table of these rows.
 /// \throws as rows_that_satisfy; InputError if there are none
 Table rows_where(std::string_view condition, const Table& table);

@@ -29,6 +29,10 @@ std::string column_of(const std::string& variable);
 /// Those of all variables of an expression, each once.
 std::vector<std::string> columns_of(const Expression& expression);
 
+/// pi is a number in expressions, also where a column has this name.
+/// \throws FormulaError if a text has the word pi and one of the columns is called so
+void refuse_column_pi(std::string_view text, std::span<const std::string> columns);
+
 /// Interprets the right side of `--columns NAME=TEXT`, in the same way for all commands. A text
 /// that equals the name of a column, including blanks, dots and brackets, is that column. Any other
 /// text is an expression of columns, in which such names need backquotes.

@@ -134,6 +134,7 @@ struct InventoryOptions {
   DeadTrees dead = DeadTrees::kLeaveOut;  ///< cut, fallen and stumps are always skipped except with
                                           ///< kInclude
   StatusCodes status_codes{};             ///< values of the status column
+  bool has_expansion = false;             ///< rows have given numbers of trees per hectare
   bool keeps_expansion = false;           ///< keep the column of Inventory::expansion
   bool case_sensitive = false;            ///< species that differ only in capitals are different
   std::vector<std::string> needs{};       ///< measures the file must have, such as "h"

@@ -96,8 +96,10 @@ StructuralUnits structural_units_of_sample(const Inventory& inventory,
 void check_density_is_possible(double basal_area_m2_per_ha, const Place& place);
 
 /// For plots all of whose trees were counted on the whole area.
-/// \throws InputError if a plot with trees has less than one per hectare
-void check_plot_density(const std::string& plot, double trees, double area_m2, const Place& place);
+/// \param basal_area  of these trees [m2]
+/// \throws InputError if a plot with trees has less than one per hectare, or less area than stems
+void check_plot_density(
+    const std::string& plot, double trees, double basal_area, double area_m2, const Place& place);
 
 /// \throws UsageError if the design contradicts itself
 void check_design(const SamplingDesign& design);

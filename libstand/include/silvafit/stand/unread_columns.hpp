@@ -23,6 +23,9 @@ std::string describe_unread_columns(const std::vector<std::string>& header,
                                     const std::vector<ColumnMapping>& mapped,
                                     const std::string& file);
 
+/// The fields of stands, clusters and other units of several plots, by their usual names.
+std::vector<std::size_t> fields_of_units(const std::vector<std::string>& header);
+
 /// The fields of remarks and notes, by their usual names.
 std::vector<std::size_t> remark_fields(const std::vector<std::string>& header);
 

@@ -35,14 +35,19 @@ void require_numbers(const data::Table& table, const std::vector<std::string>& v
 std::string origin_of_missing(const std::vector<std::string>& columns, const data::Table& table);
 
 /// Checks that measured values are possible: h above breast height, 1.3 m, hcb not below the
-/// ground, cw above 0. Other responses are not checked.
+/// ground and below h, cw above 0. Other responses are not checked.
 /// \throws InputError at a value that is no number; DomainError at the first that cannot be
 ///   measured, such as 0 or -9999 for a missing one
 void require_possible(const std::string& response, const data::Table& table);
 
+/// The same of values below 0, which no size has in a table with dbh, for models of the user.
+void require_not_negative(const std::string& response, const data::Table& table);
+
 /// Makes values missing that require_possible() would refuse.
 /// \return a note with their number and the first; empty if there are none
 std::string leave_out_impossible(const std::string& response, data::Table& table);
+/// The same of require_not_negative().
+std::string leave_out_negative(const std::string& response, data::Table& table);
 
 /// Checks that a model of the catalogue is defined for all rows, except missing values.
 /// \throws InputError if a column is not there or holds text; DomainError at the first value
