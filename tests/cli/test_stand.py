@@ -235,7 +235,7 @@ class Stand(ProgramTest):
         self.assertEqual([area["stems_per_ha"] for area in result["areas"]], [100, 200])
         self.write("hectares.csv", "\n".join(rows).replace(",500", ",0.05").replace(",250", ",0.025") + "\n")
         small = self.run_program("stand", "hectares.csv", "--plots", "hectares.csv", status=3).stderr
-        self.assertIn("m2 of basal area per hectare", small)
+        self.assertIn("less than the 0.157 m2 of basal area of its trees", small)
         result = self.run_json("stand", "hectares.csv", "--plots", "hectares.csv", "--plots-columns", "area=PLOT_AREA*10000")
         self.assertEqual([area["stems_per_ha"] for area in result["areas"]], [100, 200])
         self.write("unit.csv", "\n".join(rows).replace("PLOT_AREA", "Plot area (ha)").replace(",500", ",0.05").replace(",250", ",0.025") + "\n")
@@ -252,7 +252,7 @@ class Stand(ProgramTest):
         self.write("plots.csv", "plot,area\n1,0.09\n2,0.09\n")
         for command in (("stand",), ("indices", "--out", "i.csv"), ("study", "--out", "study")):
             done = self.run_program(command[0], "inventory.csv", *command[1:], "--plots", "plots.csv", status=3)
-            self.assertIn("m2 of basal area per hectare", done.stderr)
+            self.assertIn("m2 of basal area", done.stderr)
 
     def test_names_that_nothing_reads_are_refused(self):
         self.write("inventory.csv", inventory().replace("species", "sp"))

@@ -110,6 +110,10 @@ def _fitted(arguments: Dict[str, Any], data: Any, trace: bool) -> Tuple[Any, Fra
     keywords: Dict[str, Any] = {**arguments, "parameters": _texts(arguments["parameters"]), "model": model, "formula": None if model else formula}
     numbers, names, response = _core.uses(formula, keywords["parameters"], keywords.get("random") or "", keywords.get("variance") or "",
                                              keywords.get("correlation") or "")
+    if keywords.get("means") and isinstance(data, pd.DataFrame):
+        for name in numbers:
+            if name in data.columns and pd.api.types.is_bool_dtype(data[name]):
+                raise UsageError(f"the column {name} holds truth values; make them texts, such as \"yes\" and \"no\"", column="means")
     mentioned = list(dict.fromkeys(numbers + names + (["dbh", "h"] if model else [])))
     if isinstance(data, Frame):
         _check_kept(data, mentioned)

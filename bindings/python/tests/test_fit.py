@@ -355,3 +355,7 @@ def test_functions_of_coefficients_have_standard_errors():
     means = sf.fit("weight ~ a*one", plants, parameters="a ~ group", means=["group"]).derived
     assert list(means.index) == ["a (group ctrl)", "a (group trt1)", "a (group trt2)"]
     assert means["estimate"].tolist() == pytest.approx([5.032, 4.661, 5.526], rel=1e-12)
+    with pytest.raises(sf.UsageError, match="truth values"):
+        sf.fit("weight ~ a*one", plants.assign(half=[True, False] * 15), parameters="a ~ group + half", means=["group"])
+    with pytest.raises(sf.InputError, match="holds texts such as '1.0'; make them numbers"):
+        sf.fit("weight ~ a*one", plants.assign(one="1.0"))

@@ -161,7 +161,13 @@ emm_basis.silvafit <- function(object, trms, xlev, grid, param, ...) {
   columns <- ifelse(colnames(matrix) == "(Intercept)", param, paste0(param, ":", colnames(matrix)))
   at <- match(columns, names(fixef(object)))
   if (anyNA(at)) stop_usage("the coefficients ", paste(columns[is.na(at)], collapse = ", "), " are not in the fit")
-  df <- fixed_table(object)[at, "DF"]
+  df <- fixed_table(object)[, "DF"]
+  # Coefficients that vary between groups are known from these only.
+  for (term in random_terms_of(object)) {
+    varying <- intersect(term$effects, names(df))
+    df[varying] <- pmin(df[varying], nrow(term$modes) - 1)
+  }
+  df <- df[at]
   list(X = matrix, bhat = fixef(object)[at], nbasis = matrix(NA), V = vcov(object)[at, at, drop = FALSE],
        # The coefficients of the contrast, as of lme().
        dffun = function(k, dfargs) min(dfargs$df[abs(k) > 1e-8], na.rm = TRUE), dfargs = list(df = df), misc = list())

@@ -116,6 +116,8 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   if (!is.null(call$subset)) call$subset <- with_values(substitute(subset), data, parent.frame())
   model <- model_texts(formula, rows_of(data, rows), parameters, random, groups, covariance, variance, correlation, contrasts)
   check_groups(own_groups, model$texts$random)
+  if (inherits(means, "formula")) means <- all.vars(means)
+  check_means(means, parameters, data)
   if (is.null(method) && isTRUE(reml) && model$texts$random == "" && model$texts$variance == "" && model$texts$correlation == "" && !has_bar_summand(formula[[3]])) method <- "gnls"
   options <- list(method = method, reml = reml, start = engine_names(start, model, "start"), hold = engine_names(hold, model, "hold"),
                   bounds = bounds_of(engine_names(lower, model, "lower"), engine_names(upper, model, "upper")), starts = starts,
@@ -303,6 +305,16 @@ bounds_of <- function(lower, upper) {
   if (length(names) == 0) return(NULL)
   end <- function(values, name) if (name %in% names(values)) values[[name]]
   stats::setNames(lapply(names, function(name) list(end(lower, name), end(upper, name))), names)
+}
+
+# The C++ libraries do not see offsets of sub-models, and have TRUE as 1.
+check_means <- function(means, parameters, data) {
+  if (is.null(means)) return(invisible())
+  for (formula in sub_model_formulas(parameters)) {
+    if (!is.null(attr(stats::terms(formula), "offset"))) stop_usage("`means` is not available with offsets in sub-models; use emmeans()")
+    logical <- Filter(function(name) is.logical(data[[name]]), all.vars(formula))
+    if (length(logical) > 0) stop_usage("`means`: the column ", logical[1], " is logical; make it a factor, or use emmeans()")
+  }
 }
 
 # Functions of the coefficients as the C++ libraries read them.

@@ -112,7 +112,8 @@ drop1.silvafit <- strict(function(object, scope = NULL, scale = 0, test = c("Chi
   smaller <- lapply(chosen, function(i) {
     if (trace) cat("without", names[i], "\n")
     formulas[[droppable[i]]] <- stats::update(formulas[[droppable[i]]], paste("~ . -", names(droppable)[i]))
-    do.call(update.silvafit, list(object, parameters = formulas))
+    # Functions of the coefficients may need those of the term.
+    do.call(update.silvafit, c(list(object, parameters = formulas), list(derive = NULL, means = NULL)[intersect(c("derive", "means"), names(object$call))]))
   })
   all <- c(list(object), smaller)
   likelihood <- vapply(all, function(fit) as.numeric(logLik(fit)), 0)

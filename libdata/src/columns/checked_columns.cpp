@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "silvafit/base/words.hpp"
@@ -65,7 +66,13 @@ void require_numeric(const Table& table, const std::vector<std::string>& variabl
       (has_comma ? with_comma : rows).push_back(row);
     }
     if (rows.empty()) rows = with_comma;
-    if (rows.empty()) throw InputError("has no numbers", {.file = table.file(), .column = name});
+    if (rows.empty()) {
+      const auto known = std::ranges::find_if(column.levels(), is_number);
+      throw InputError(known == column.levels().end()
+                           ? std::string("has no numbers")
+                           : fmt::format("holds texts such as '{}'; make them numbers", *known),
+                       {.file = table.file(), .column = name});
+    }
     throw InputError(
         fmt::format("'{}' is not a number{}", column[rows.front()], others(rows.size())),
         place_of(table, rows.front(), name));

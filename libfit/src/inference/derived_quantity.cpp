@@ -50,13 +50,30 @@ VectorXd DerivedQuantity::gradient(const std::vector<std::string>& names,
   return result;
 }
 
+data::Expression parse_derived_expression(std::string_view text,
+                                          std::size_t begin,
+                                          const std::vector<std::string>& coefficients) {
+  data::Expression value = data::Expression::parse(text, begin, text.size());
+  const std::vector<std::string> used = value.variables();
+  for (const std::string& name : used) {
+    if (std::ranges::find(coefficients, name) != coefficients.end()) continue;
+    throw FormulaError(
+        fmt::format(
+            "'{}' is not a coefficient of the model{}", name, did_you_mean(name, coefficients)),
+        text,
+        text.find(name, begin) + 1);
+  }
+  if (used.empty()) throw FormulaError("does not depend on any coefficient", text, 1);
+  return value;
+}
+
 DerivedQuantity parse_derived_quantity(std::string_view text,
                                        const std::vector<std::string>& coefficients) {
   const std::size_t equals = equals_sign(text);
   const bool has_name = equals != std::string_view::npos;
   DerivedQuantity result{
       .name = std::string(data::trimmed(has_name ? text.substr(0, equals) : text)),
-      .value = data::Expression::parse(text, has_name ? equals + 1 : 0, text.size())};
+      .value = parse_derived_expression(text, has_name ? equals + 1 : 0, coefficients)};
   if (result.name.empty()) throw FormulaError("the name before '=' is missing", text, 1);
   const bool is_taken = std::ranges::find(coefficients, result.name) != coefficients.end() ||
                         std::ranges::find(kOtherParameters, result.name) != kOtherParameters.end();
@@ -64,23 +81,33 @@ DerivedQuantity parse_derived_quantity(std::string_view text,
     throw FormulaError(
         fmt::format("'{}' is a parameter already; choose another name", result.name), text, 1);
   }
-  const std::vector<std::string> used = result.value.variables();
-  for (const std::string& name : used) {
-    if (std::ranges::find(coefficients, name) != coefficients.end()) continue;
-    throw FormulaError(
-        fmt::format(
-            "'{}' is not a coefficient of the model{}", name, did_you_mean(name, coefficients)),
-        text,
-        text.find(name, has_name ? equals : 0) + 1);
-  }
-  if (used.empty()) throw FormulaError("does not depend on any coefficient", text, 1);
   return result;
 }
+
+namespace {
+
+/// The degrees of freedom of coefficients, of which those that vary between groups are known from
+/// these only; nlme gives an intercept those within groups.
+VectorXd freedoms_of(const FittedModel& fit) {
+  VectorXd freedoms = fit.degrees_of_freedom;
+  for (std::size_t k = 0; k < fit.random.size(); ++k) {
+    const double between = static_cast<double>(fit.random[k].labels.size()) - 1.0;
+    for (const std::string& name : fit.specification.random[k].coefficients) {
+      const auto place = std::ranges::find(fit.coefficient_names, name);
+      const Index j = place - fit.coefficient_names.begin();
+      if (j < freedoms.size()) freedoms[j] = std::fmin(freedoms[j], between);
+    }
+  }
+  return freedoms;
+}
+
+}  // namespace
 
 std::vector<DerivedValue> derived_values(const FittedModel& fit) {
   std::vector<DerivedValue> result;
   const std::vector<std::string>& names = fit.coefficient_names;
   const Eigen::MatrixXd covariance = fixed_covariance(fit);
+  const VectorXd freedoms = freedoms_of(fit);
   for (const DerivedQuantity& quantity : fit.specification.derived) {
     DerivedValue& one =
         result.emplace_back(DerivedValue{quantity.at(names, fit.estimate), kNaN, kNaN});
@@ -90,7 +117,7 @@ std::vector<DerivedValue> derived_values(const FittedModel& fit) {
     for (Index j = 0; j < gradient.size(); ++j) {
       if (gradient[j] == 0.0) continue;
       used.push_back(j);
-      const double freedom = j < fit.degrees_of_freedom.size() ? fit.degrees_of_freedom[j] : kNaN;
+      const double freedom = j < freedoms.size() ? freedoms[j] : kNaN;
       one.degrees_of_freedom = std::fmin(one.degrees_of_freedom, freedom);
     }
     const VectorXd slopes = gradient(used);

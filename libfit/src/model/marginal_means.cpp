@@ -24,8 +24,7 @@ using Names = std::vector<std::string>;
 /// The levels of factors and the means of numbers in the rows of a fit.
 class ReferenceGrid {
  public:
-  ReferenceGrid(const ModelSpecification& specification, const data::Table& table)
-      : factors_(specification.factors), table_(table) {
+  ReferenceGrid(const ModelSpecification& specification, const data::Table& table) : table_(table) {
     std::set<std::string> columns;
     for (const std::string& name : specification.predictors())
       columns.insert(data::column_of(name));
@@ -34,9 +33,6 @@ class ReferenceGrid {
     complete_ = complete_rows({columns.begin(), columns.end()}, table);
   }
 
-  bool is_factor(const std::string& column) const {
-    return std::ranges::find(factors_, column) != factors_.end();
-  }
   Names levels_of(const std::string& column) const;
   double mean_of(const std::string& column) const;
   /// All combinations of the levels of factors, at the means of numbers.
@@ -44,7 +40,6 @@ class ReferenceGrid {
                            const std::set<std::string>& numbers) const;
 
  private:
-  const Names& factors_;
   const data::Table& table_;
   std::vector<bool> complete_{};
 };
@@ -95,12 +90,20 @@ data::Table ReferenceGrid::combinations(const std::map<std::string, Names>& leve
   return grid;
 }
 
-/// The columns of a parameter's covariates.
-std::set<std::string> columns_of(const ParameterModel& parameter) {
-  std::set<std::string> columns;
+/// The columns of a parameter's covariates: those compared with texts, and numbers.
+struct CovariateColumns {
+  std::set<std::string> factors{};
+  std::set<std::string> numbers{};
+};
+
+CovariateColumns columns_of(const ParameterModel& parameter) {
+  CovariateColumns columns;
   for (const Covariate& covariate : parameter.covariates) {
-    for (const std::string& name : covariate.value.variables())
-      columns.insert(data::column_of(name));
+    for (const std::string& name : covariate.value.variables()) {
+      data::TextMatch match;
+      const bool is_factor = data::is_text_match(name, match);
+      is_factor ? columns.factors.insert(match.column) : columns.numbers.insert(name);
+    }
   }
   return columns;
 }
@@ -114,10 +117,15 @@ data::Expression mean_over(const data::Table& grid, const ParameterModel& parame
     const double weight =
         std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
     if (weight == 0.0) continue;
+    const std::string name = parameter.coefficient_name(covariate);
+    if (name.find('`') != std::string::npos) {
+      throw UsageError(fmt::format("the coefficient {} has a backquote; rename the level", name),
+                       {.column = "`means`"});
+    }
     sum += fmt::format("{}{}*{}",
                        sum.empty() ? "" : " + ",
                        data::shortest(weight),
-                       data::Expression::variable(parameter.coefficient_name(covariate)).text());
+                       data::Expression::variable(name).text());
   }
   return data::Expression::parse(sum);
 }
@@ -128,33 +136,26 @@ std::vector<DerivedQuantity> marginal_means(const ModelSpecification& specificat
                                             const std::string& factor,
                                             const data::Table& table) {
   const ReferenceGrid grid(specification, table);
-  if (!grid.is_factor(factor)) {
-    throw UsageError(fmt::format("'{}' is not a factor of a sub-model{}",
-                                 factor,
-                                 specification.factors.empty()
-                                     ? ""
-                                     : "; factors: " + data::list_of(specification.factors)),
-                     {.column = "`means`"});
-  }
   std::vector<DerivedQuantity> means;
+  std::set<std::string> factors;
   for (const ParameterModel& parameter : specification.parameters) {
+    CovariateColumns columns = columns_of(parameter);
+    factors.insert(columns.factors.begin(), columns.factors.end());
+    if (!columns.factors.contains(factor)) continue;
     std::map<std::string, Names> levels;
-    std::set<std::string> numbers;
-    for (const std::string& column : columns_of(parameter)) {
-      if (grid.is_factor(column)) {
-        levels.emplace(column, grid.levels_of(column));
-      } else {
-        numbers.insert(column);
-      }
-    }
-    if (!levels.contains(factor)) continue;
+    for (const std::string& column : columns.factors) levels[column] = grid.levels_of(column);
     for (const std::string& level : grid.levels_of(factor)) {
       levels[factor] = {level};
       means.push_back({.name = fmt::format("{} ({} {})", parameter.name, factor, level),
-                       .value = mean_over(grid.combinations(levels, numbers), parameter)});
+                       .value = mean_over(grid.combinations(levels, columns.numbers), parameter)});
     }
   }
-  return means;
+  if (!means.empty()) return means;
+  const Names known(factors.begin(), factors.end());
+  throw UsageError(fmt::format("'{}' is not a factor of a sub-model{}",
+                               factor,
+                               known.empty() ? "" : "; factors: " + data::list_of(known)),
+                   {.column = "`means`"});
 }
 
 }  // namespace silvafit::fit

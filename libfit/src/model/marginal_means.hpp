@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "silvafit/data/table.hpp"
-#include "silvafit/fit/derived_quantity.hpp"
 #include "silvafit/fit/model_specification.hpp"
 
 namespace silvafit::fit {

@@ -92,6 +92,30 @@ std::string random_text(const ModelTexts& texts,
   return *random;
 }
 
+void add_derived(const ModelTexts& texts,
+                 const data::Table& table,
+                 ModelSpecification& specification) {
+  std::vector<DerivedQuantity>& derived = specification.derived;
+  const auto is_known = [&derived](const std::string& name) {
+    return std::ranges::find(derived, name, &DerivedQuantity::name) != derived.end();
+  };
+  for (const std::string& text : texts.derived) {
+    DerivedQuantity added = parse_derived_quantity(text, specification.coefficient_names());
+    if (is_known(added.name)) {
+      throw FormulaError(fmt::format("'{}' is given twice", added.name), text, 1);
+    }
+    derived.push_back(std::move(added));
+  }
+  for (const std::string& factor : texts.means) {
+    for (DerivedQuantity& mean : marginal_means(specification, factor, table)) {
+      if (is_known(mean.name)) {
+        throw UsageError(fmt::format("'{}' is given twice", factor), {.column = "`means`"});
+      }
+      derived.push_back(std::move(mean));
+    }
+  }
+}
+
 }  // namespace
 
 ModelSpecification specify_model(const ModelTexts& texts, const data::Table& table) {
@@ -116,21 +140,7 @@ ModelSpecification specify_model(const ModelTexts& texts, const data::Table& tab
   }
   check_response(specification, table);
   require_columns(specification, table);
-  const auto add = [&specification](DerivedQuantity added, std::string_view text) {
-    for (const DerivedQuantity& other : specification.derived) {
-      if (other.name != added.name) continue;
-      throw FormulaError(fmt::format("'{}' is given twice", added.name), text, 1);
-    }
-    specification.derived.push_back(std::move(added));
-  };
-  for (const std::string& text : texts.derived) {
-    add(parse_derived_quantity(text, specification.coefficient_names()), text);
-  }
-  for (const std::string& factor : texts.means) {
-    for (DerivedQuantity& mean : marginal_means(specification, factor, table)) {
-      add(std::move(mean), factor);
-    }
-  }
+  add_derived(texts, table, specification);
   return specification;
 }
 

@@ -452,7 +452,7 @@ FittedModel from_json(const JsonReader& json) {
     for (const auto& [name, value] : derived->members()) {
       fit.specification.derived.push_back(
           {.name = name, .value = read_with(value.at("expression"), [&](const std::string& text) {
-                           return parse_derived_quantity(text, fit.coefficient_names).value;
+                           return parse_derived_expression(text, 0, fit.coefficient_names);
                          })});
     }
   }

@@ -76,7 +76,7 @@ std::string note_on_new_groups(const std::vector<fit::RandomEffects>& terms,
       counted(count, "row is", "rows are"),
       is_calibrated ? " and have no measured row" : "",
       fmt::join(by_term, "; "),
-      terms[0].is_crossed ? "the effects of the known groups only" : "random effects 0");
+      terms.size() > 1 ? "the effects of the known groups only" : "random effects 0");
 }
 
 /// On labels of factors that are not in the fit, whose predictions are missing.

@@ -145,6 +145,22 @@ for (contrast in c("contr.treatment", "contr.sum")) {
   expect_equal(vapply(found, `[[`, 0, "se"), rep(stats::sigma(stats::lm(weight ~ group, plants)) / sqrt(10), 3), tolerance = 1e-9, check.attributes = FALSE)
 }
 expect_error(silvafit(weight ~ a * one, plants, means = "group"), "not a factor of a sub-model")
+plants$half <- rep(c(TRUE, FALSE), 15)
+expect_error(silvafit(weight ~ a * one, plants, parameters = a ~ group + half, means = "group"), "half is logical")
+expect_error(silvafit(weight ~ a * one, plants, parameters = a ~ group + offset(one), means = "group"), "not available with offsets")
+found <- silvafit(weight ~ a * one, plants, parameters = a ~ group, means = ~group)
+expect_equal(nrow(drop1(found)), 2L)
+saved <- tempfile()
+fit_json(found, saved)
+expect_equal(read_fit(saved)$fit$derived, found$fit$derived)
+orthodont <- as.data.frame(nlme::Orthodont)
+mixed <- silvafit(distance ~ a + b * age, orthodont, parameters = a ~ Sex, random = a ~ 1 | Subject, reml = TRUE, means = "Sex")
+theirs <- as.data.frame(emmeans::emmeans(nlme::lme(distance ~ age + Sex, orthodont, random = ~ 1 | Subject), ~ Sex, at = list(age = 0)))
+for (column in c("estimate", "se", "df")) {
+  ours <- vapply(mixed$fit$derived, `[[`, 0, column)
+  expect_equal(ours, theirs[[c(estimate = "emmean", se = "SE", df = "df")[column]]], tolerance = 1e-5, check.attributes = FALSE)
+}
+expect_equal(as.data.frame(emmeans::emmeans(mixed, ~ Sex, param = "a"))$df, theirs$df)
 
 # A linear coefficient far below its standard error, as of an uncentred polynomial, is near zero; it
 # is no limit of a curve.

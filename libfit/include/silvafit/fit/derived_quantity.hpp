@@ -33,11 +33,20 @@ struct DerivedQuantity {
 DerivedQuantity parse_derived_quantity(std::string_view text,
                                        const std::vector<std::string>& coefficients);
 
+/// Reads an expression of coefficients.
+/// \param begin  where it begins in the text
+/// \throws FormulaError as parse_derived_quantity
+data::Expression parse_derived_expression(std::string_view text,
+                                          std::size_t begin,
+                                          const std::vector<std::string>& coefficients);
+
 /// The estimate of a derived quantity; NaN where it is not known.
 struct DerivedValue {
   double estimate = 0.0;
-  double standard_error = 0.0;      ///< by the delta method
-  double degrees_of_freedom = 0.0;  ///< the fewest of the coefficients that it depends on
+  double standard_error = 0.0;  ///< by the delta method
+  /// The fewest of the coefficients that it depends on; one that varies between groups has at most
+  /// their number less 1.
+  double degrees_of_freedom = 0.0;
 };
 
 /// Those of a fit, in the order of its specification. Coefficients that are held have no error; the
