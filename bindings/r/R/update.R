@@ -113,7 +113,7 @@ drop1.silvafit <- strict(function(object, scope = NULL, scale = 0, test = c("Chi
     if (trace) cat("without", names[i], "\n")
     formulas[[droppable[i]]] <- stats::update(formulas[[droppable[i]]], paste("~ . -", names(droppable)[i]))
     # Functions of the coefficients may need those of the term.
-    do.call(update.silvafit, c(list(object, parameters = formulas), list(derive = NULL, means = NULL)[intersect(c("derive", "means"), names(object$call))]))
+    do.call(update.silvafit, list(object, parameters = formulas, derive = NULL, means = NULL))
   })
   all <- c(list(object), smaller)
   likelihood <- vapply(all, function(fit) as.numeric(logLik(fit)), 0)

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "silvafit/stand/growth.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,23 +6,17 @@
 #include <iterator>
 #include <map>
 #include <set>
-#include <unordered_map>
 #include <utility>
 
-#include "figures/ratio_estimates.hpp"
-#include "growth/growth_parts.hpp"
+#include "growth/growth_maker.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/table.hpp"
-#include "silvafit/stand/plots_at_times.hpp"
-#include "trees/measured_plots.hpp"
 #include "trees/measurement_time.hpp"
 #include "units/density_indices.hpp"
 
 namespace silvafit::stand {
 namespace {
-
-constexpr std::size_t kNoTreeRow = static_cast<std::size_t>(-1);
 
 double& part_of(GrowthParts& parts, GrowthPart part) {
   return parts[static_cast<std::size_t>(part)];
@@ -35,79 +27,7 @@ std::string label_of(const MeasuredPlot& plot, std::size_t occasion) {
   return label_at_time(plot.plot, plot.occasions[occasion].text);
 }
 
-/// A tree in a period, with its rows of the living trees.
-struct TreeInPeriod {
-  std::size_t start = kNoTreeRow;
-  std::size_t end = kNoTreeRow;
-  TreeFate fate = TreeFate::kSurvivor;
-};
-
-struct Period {
-  std::size_t plot = 0;      ///< number of the plot
-  std::size_t occasion = 0;  ///< of the start
-  std::vector<TreeInPeriod> trees{};
-};
-
-class GrowthMaker {
- public:
-  GrowthMaker(const Inventory& inventory, const StandReportOptions& options)
-      : inventory_(inventory), options_(options), design_(design_for(inventory, options.design)) {}
-
-  GrowthReport run();
-
- private:
-  bool is_alive(std::size_t row) const {
-    return inventory_.status.empty() || inventory_.status[row] == TreeStatus::kAlive;
-  }
-  std::vector<std::size_t> living_rows(const MeasuredPlot& plot,
-                                       const MeasuredTree& tree,
-                                       LivingTrees& living);
-  TreeFate fate_at_end(const std::optional<std::size_t>& row) const;
-  void follow_plot(std::size_t number, LivingTrees& living);
-  void follow_trees();
-  void find_areas();
-  std::vector<PlotAtTime> plots_at_occasions() const;
-  void add_trees();
-  void add_tree(const Period& period, const TreeInPeriod& tree);
-  GrowthParts parts_of_value(const Period& period,
-                             const TreeValue& value,
-                             const SampledArea& start,
-                             const SampledArea& end,
-                             double years) const;
-  bool is_value_missing(const TreeInPeriod& tree, const TreeValue& value) const;
-  void find_missing(const Period& period,
-                    const TreeValue& value,
-                    std::vector<std::string>& places) const;
-  void note_missing();
-  void note_moved();
-  std::vector<TreeValue> values() const;
-  void add_plots();
-  void check_density() const;
-  void find_strata();
-  void add_strata();
-  void add_notes();
-
-  const Inventory& inventory_;
-  const StandReportOptions& options_;
-  SamplingDesign design_;
-  std::vector<MeasuredPlot> plots_{};
-  std::vector<Period> periods_{};
-  Inventory living_{};
-  std::unordered_map<std::string, SampledArea> areas_{};  ///< by label
-  std::vector<char> is_counted_{};                        ///< of the living trees
-  std::set<std::size_t> interpolated_{};
-  std::vector<double> areas_ha_{};  ///< sizes in ratios, of GrowthReport::plots
-  std::vector<double> whole_ha_{};  ///< the same of whole plots
-  std::map<std::string, double> stratum_sizes_{};
-  bool are_weights_ = false;
-  StratumSettings strata_settings_{};
-  std::vector<std::vector<std::string>> missing_{};  ///< by GrowthReport::values: trees without it
-  std::size_t revived_ = 0;
-  std::string first_revived_{};
-  std::size_t never_alive_ = 0;
-  std::vector<std::string> renamed_{};  ///< trees with another species at the end of a period
-  GrowthReport report_{};
-};
+}  // namespace
 
 /// The rows of living trees at the occasions between which a tree was alive; none if it never was.
 std::vector<std::size_t> GrowthMaker::living_rows(const MeasuredPlot& plot,
@@ -492,93 +412,6 @@ void GrowthMaker::add_strata() {
   }
 }
 
-void GrowthMaker::note_missing() {
-  for (std::size_t i = 0; i < missing_.size(); ++i) {
-    if (missing_[i].empty()) continue;
-    report_.notes.push_back(fmt::format(
-        "{} no value at the start or end of a period and {} left out of both sums of {}: {}",
-        counted(missing_[i].size(), "tree has", "trees have"),
-        missing_[i].size() == 1 ? "is" : "are",
-        report_.values[i],
-        data::list_of(missing_[i])));
-  }
-}
-
-void GrowthMaker::note_moved() {
-  std::vector<Survivors> survivors;
-  for (const Period& period : periods_) {
-    Survivors& rows = survivors.emplace_back();
-    for (const TreeInPeriod& tree : period.trees) {
-      if (tree.start != kNoTreeRow && tree.end != kNoTreeRow)
-        rows.emplace_back(tree.start, tree.end);
-    }
-  }
-  std::string moved = describe_moved_trees(living_, survivors);
-  if (!moved.empty()) report_.notes.push_back(std::move(moved));
-}
-
-void GrowthMaker::add_notes() {
-  note_missing();
-  note_moved();
-  std::size_t not_found = 0;
-  std::vector<std::string> shrunk;
-  std::vector<std::string> too_fast;
-  std::string first_lost;
-  for (const TreeGrowth& tree : report_.trees) {
-    const bool is_shrunk = tree.dbh_cm_per_year < 0.0;
-    if (is_shrunk || tree.dbh_cm_per_year > kFastestCmPerYear) {
-      (is_shrunk ? shrunk : too_fast)
-          .push_back(fmt::format("plot {}, tree {} ({} to {} cm, {} to {})",
-                                 tree.plot,
-                                 tree.tree,
-                                 tree.dbh_start_cm,
-                                 tree.dbh_end_cm,
-                                 tree.from,
-                                 tree.to));
-    }
-    if (tree.fate == TreeFate::kNotFound && not_found++ == 0) {
-      first_lost = fmt::format("plot {}, tree {}, {}", tree.plot, tree.tree, tree.to);
-    }
-  }
-  const auto note = [this](std::size_t count, const std::string& text) {
-    if (count > 0) report_.notes.push_back(text);
-  };
-  note(not_found,
-       fmt::format("{} no row at the end of a period and no status of death or cut: 'not found', "
-                   "the first: {}",
-                   counted(not_found, "tree has", "trees have"),
-                   first_lost));
-  note(
-      interpolated_.size(),
-      fmt::format("{} missing between two others of the same tree; dbh and height are interpolated",
-                  counted(interpolated_.size(), "measurement is", "measurements are")));
-  note(revived_,
-       fmt::format("{} not used, the first: {}",
-                   counted(revived_, "status is", "statuses are"),
-                   first_revived_));
-  note(never_alive_,
-       fmt::format("{} not alive at any time and {} no growth",
-                   counted(never_alive_, "tree was", "trees were"),
-                   never_alive_ == 1 ? "has" : "have"));
-  note(renamed_.size(),
-       fmt::format("{} another species at the end of a period and {} for the first one: {}",
-                   counted(renamed_.size(), "tree has", "trees have"),
-                   renamed_.size() == 1 ? "counts" : "count",
-                   data::list_of(renamed_)));
-  note(too_fast.size(),
-       fmt::format("{} above {} cm per year, more than any tree grows, and kept: {}",
-                   counted(too_fast.size(), "dbh increment is", "dbh increments are"),
-                   kFastestCmPerYear,
-                   data::list_of(too_fast)));
-  note(
-      shrunk.size(),
-      fmt::format(
-          "{} negative and kept: errors of measurement, or bark that was lost{}: {}",
-          counted(shrunk.size(), "dbh increment is", "dbh increments are"),
-          2 * shrunk.size() > report_.trees.size() ? "; that is most of them: check the times" : "",
-          data::list_of(shrunk)));
-}
-
 GrowthReport GrowthMaker::run() {
   const SamplingDesign& design = options_.design;
   plots_ = measured_plots(inventory_, design.plots ? &*design.plots : nullptr);
@@ -597,8 +430,6 @@ GrowthReport GrowthMaker::run() {
   add_notes();
   return std::move(report_);
 }
-
-}  // namespace
 
 GrowthReport growth_report(const Inventory& inventory, const StandReportOptions& options) {
   return GrowthMaker(inventory, options).run();

@@ -197,10 +197,16 @@ void check_position_codes(const Inventory& inventory, const ColumnPlan& plan) {
   }
 }
 
-/// The tree that is farther from the box of the other trees of its plot than that box is wide, if
-/// there are enough others; at an end of x or y.
-std::optional<std::size_t> remote_tree(const Inventory& inventory,
-                                       const std::vector<std::size_t>& trees) {
+/// A tree that is farther from the box of the other trees of its plot than those are apart.
+struct RemoteTree {
+  std::size_t tree = 0;
+  double distance_m = 0.0;
+  double size_m = 0.0;  ///< the diagonal of the box
+};
+
+/// Such a tree at an end of x or y, if there are enough others.
+std::optional<RemoteTree> remote_tree(const Inventory& inventory,
+                                      const std::vector<std::size_t>& trees) {
   if (trees.size() <= kEnoughTrees) return std::nullopt;
   const auto by = [](const std::vector<double>& values) {
     return [&values](std::size_t a, std::size_t b) { return values[a] < values[b]; };
@@ -213,7 +219,7 @@ std::optional<std::size_t> remote_tree(const Inventory& inventory,
       if (other != tree) others.add(inventory.x[other], inventory.y[other]);
     }
     const double distance_m = others.distance_m(inventory.x[tree], inventory.y[tree]);
-    if (distance_m > others.size_m()) return tree;
+    if (distance_m > others.size_m()) return RemoteTree{tree, distance_m, others.size_m()};
   }
   return std::nullopt;
 }
@@ -229,20 +235,16 @@ void check_remote_trees(const Inventory& inventory, const ColumnPlan& plan) {
   for (const std::vector<std::size_t>& of_plot : trees) {
     const auto remote = remote_tree(inventory, of_plot);
     if (!remote) continue;
-    PlotSummary others;
-    for (const std::size_t other : of_plot) {
-      if (other != *remote) others.add(inventory.x[other], inventory.y[other]);
-    }
-    Place place = inventory.place(*remote);
+    Place place = inventory.place(remote->tree);
     place.column = fmt::format("{}, {}", plan.measures[kX].text, plan.measures[kY].text);
     throw InputError(
         fmt::format("the tree at ({}, {}) is {:.3g} m from the other trees of its plot, which are "
                     "at most {:.3g} m apart; correct the coordinates; if they are right, use "
                     "`trust_units=true`",
-                    inventory.x[*remote],
-                    inventory.y[*remote],
-                    others.distance_m(inventory.x[*remote], inventory.y[*remote]),
-                    others.size_m()),
+                    inventory.x[remote->tree],
+                    inventory.y[remote->tree],
+                    remote->distance_m,
+                    remote->size_m),
         place);
   }
 }

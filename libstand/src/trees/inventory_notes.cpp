@@ -8,6 +8,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/data/expression.hpp"
 #include "trees/inventory_reader.hpp"
 
 namespace silvafit::stand {
@@ -65,6 +66,23 @@ void InventoryReader::refuse_plots_without_column() const {
           trees,
           data::list_of(csv_.header())),
       {.file = result_.inventory.file});
+}
+
+/// Numbers of trees are whole and mostly above 1. Without numbers of the trees themselves, any
+/// other number than 1 is one.
+void InventoryReader::refuse_tally() const {
+  const bool is_tally =
+      plan_.labels[kTree].exists() ? 2 * tally_several_ > tally_rows_ : tally_others_ > 0;
+  if (!plan_.tally_field || !is_tally) return;
+  const std::string& name = csv_.header()[*plan_.tally_field];
+  throw InputError(
+      fmt::format("the column {} may be the number of trees of each row, but a row is one tree: "
+                  "give the trees per hectare of a row with `expansion`, such as "
+                  "`columns=each={}*10000/AREA` and `expansion=each`; if a row is one tree, use "
+                  "`trust_units=true`",
+                  name,
+                  data::Expression::variable(name).text()),
+      {.file = file_, .column = name});
 }
 
 std::vector<std::string> InventoryReader::notes() const {

@@ -393,23 +393,6 @@ void InventoryReader::append(const InventoryRow& row, TreeStatus status) {
   }
 }
 
-/// Numbers of trees are whole and mostly above 1. Without numbers of the trees themselves, any
-/// other number than 1 is one.
-void InventoryReader::refuse_tally() const {
-  const bool is_tally =
-      plan_.labels[kTree].exists() ? 2 * tally_several_ > tally_rows_ : tally_others_ > 0;
-  if (!plan_.tally_field || !is_tally) return;
-  const std::string& name = csv_.header()[*plan_.tally_field];
-  throw InputError(
-      fmt::format("the column {} may be the number of trees of each row, but a row is one tree: "
-                  "give the trees per hectare of a row with `expansion`, such as "
-                  "`columns=each={}*10000/AREA` and `expansion=each`; if a row is one tree, use "
-                  "`trust_units=true`",
-                  name,
-                  data::Expression::variable(name).text()),
-      {.file = file_, .column = name});
-}
-
 /// Counts of the kept trees.
 void InventoryReader::count_findings() {
   const Inventory& inventory = result_.inventory;

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+// What growth leaves out, and what is odd about the trees that were followed.
+#include <fmt/format.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "growth/growth_maker.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
+#include "silvafit/data/table.hpp"
+
+namespace silvafit::stand {
+
+void GrowthMaker::note_missing() {
+  for (std::size_t i = 0; i < missing_.size(); ++i) {
+    if (missing_[i].empty()) continue;
+    report_.notes.push_back(fmt::format(
+        "{} no value at the start or end of a period and {} left out of both sums of {}: {}",
+        counted(missing_[i].size(), "tree has", "trees have"),
+        missing_[i].size() == 1 ? "is" : "are",
+        report_.values[i],
+        data::list_of(missing_[i])));
+  }
+}
+
+void GrowthMaker::note_moved() {
+  std::vector<Survivors> survivors;
+  for (const Period& period : periods_) {
+    Survivors& rows = survivors.emplace_back();
+    for (const TreeInPeriod& tree : period.trees) {
+      if (tree.start != kNoTreeRow && tree.end != kNoTreeRow)
+        rows.emplace_back(tree.start, tree.end);
+    }
+  }
+  std::string moved = describe_moved_trees(living_, survivors);
+  if (!moved.empty()) report_.notes.push_back(std::move(moved));
+}
+
+void GrowthMaker::add_notes() {
+  note_missing();
+  note_moved();
+  std::size_t not_found = 0;
+  std::vector<std::string> shrunk;
+  std::vector<std::string> too_fast;
+  std::string first_lost;
+  for (const TreeGrowth& tree : report_.trees) {
+    const bool is_shrunk = tree.dbh_cm_per_year < 0.0;
+    if (is_shrunk || tree.dbh_cm_per_year > kFastestCmPerYear) {
+      (is_shrunk ? shrunk : too_fast)
+          .push_back(fmt::format("plot {}, tree {} ({} to {} cm, {} to {})",
+                                 tree.plot,
+                                 tree.tree,
+                                 tree.dbh_start_cm,
+                                 tree.dbh_end_cm,
+                                 tree.from,
+                                 tree.to));
+    }
+    if (tree.fate == TreeFate::kNotFound && not_found++ == 0) {
+      first_lost = fmt::format("plot {}, tree {}, {}", tree.plot, tree.tree, tree.to);
+    }
+  }
+  const auto note = [this](std::size_t count, const std::string& text) {
+    if (count > 0) report_.notes.push_back(text);
+  };
+  note(not_found,
+       fmt::format("{} no row at the end of a period and no status of death or cut: 'not found', "
+                   "the first: {}",
+                   counted(not_found, "tree has", "trees have"),
+                   first_lost));
+  note(
+      interpolated_.size(),
+      fmt::format("{} missing between two others of the same tree; dbh and height are interpolated",
+                  counted(interpolated_.size(), "measurement is", "measurements are")));
+  note(revived_,
+       fmt::format("{} not used, the first: {}",
+                   counted(revived_, "status is", "statuses are"),
+                   first_revived_));
+  note(never_alive_,
+       fmt::format("{} not alive at any time and {} no growth",
+                   counted(never_alive_, "tree was", "trees were"),
+                   never_alive_ == 1 ? "has" : "have"));
+  note(renamed_.size(),
+       fmt::format("{} another species at the end of a period and {} for the first one: {}",
+                   counted(renamed_.size(), "tree has", "trees have"),
+                   renamed_.size() == 1 ? "counts" : "count",
+                   data::list_of(renamed_)));
+  note(too_fast.size(),
+       fmt::format("{} above {} cm per year, more than any tree grows, and kept: {}",
+                   counted(too_fast.size(), "dbh increment is", "dbh increments are"),
+                   kFastestCmPerYear,
+                   data::list_of(too_fast)));
+  note(
+      shrunk.size(),
+      fmt::format(
+          "{} negative and kept: errors of measurement, or bark that was lost{}: {}",
+          counted(shrunk.size(), "dbh increment is", "dbh increments are"),
+          2 * shrunk.size() > report_.trees.size() ? "; that is most of them: check the times" : "",
+          data::list_of(shrunk)));
+}
+
+}  // namespace silvafit::stand
