@@ -56,8 +56,7 @@ std::string no_such_coefficient(const ModelSpecification& specification,
   if (is_column) {
     text += fmt::format(
         "; '{}' is a column of the data, which stands in the formula instead of a parameter of "
-        "this "
-        "name: rename one of them",
+        "this name: rename one of them",
         name);
   }
   return text;

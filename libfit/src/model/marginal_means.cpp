@@ -11,7 +11,6 @@
 
 #include "model/factor_columns.hpp"
 #include "silvafit/base/error.hpp"
-#include "silvafit/base/near_names.hpp"
 #include "silvafit/data/column_reference.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/program.hpp"

@@ -405,8 +405,6 @@ SubModelColumns sub_model_columns(std::string_view text) {
   return result;
 }
 
-namespace {}  // namespace
-
 ModelSpecification specify_model(std::string_view formula,
                                  const std::vector<std::string>& sub_models,
                                  const data::Table& table,
