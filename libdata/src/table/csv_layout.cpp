@@ -2,6 +2,7 @@
 #include "table/csv_layout.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -281,6 +282,12 @@ std::string describe_layout(const CsvLayout& layout) {
   if (!layout.units.empty()) add("the row below the header has units");
   if (layout.comments > 0) {
     add(counted(layout.comments, "comment line is", "comment lines are") + " ignored");
+  }
+  if (!layout.unnamed.empty()) {
+    add(fmt::format("{} {} no name and {} not read",
+                    fmt::join(layout.unnamed, ", "),
+                    layout.unnamed.size() == 1 ? "has" : "have",
+                    layout.unnamed.size() == 1 ? "is" : "are"));
   }
   return text;
 }

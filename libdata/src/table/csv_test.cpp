@@ -159,6 +159,21 @@ TEST_CASE("a line may name the separator, and messages name other formats") {
   CHECK_THAT(error_of("\x1F\x8B\x08 rest"), Contains("gunzip"));
   CHECK_THAT(error_of("PK\x03\x04 rest"), Contains("workbook"));
   CHECK_THAT(error_of(std::string("p\0l\0o\0t\0", 8)), Contains("UTF-16"));
+  CHECK_THAT(error_of(std::string("plot,h\n1,1\0.5\n", 14)), Contains("line 2: a zero byte"));
+}
+
+TEST_CASE("values below no name are named, but not the row names of R") {
+  const auto layout_of = [](const std::string& text) {
+    const ScratchFile file(text);
+    CsvReader reader(file.path());
+    std::vector<std::string_view> fields;
+    while (reader.next(fields)) {
+    }
+    return describe_layout(reader.layout());
+  };
+  CHECK(layout_of("\"\",plot,h,\n1,A,12,\n2,A,14,\n").empty());
+  CHECK(layout_of("plot,,h,\nA,,12,\nA,dead,14,1\n") ==
+        "column 2 ('dead' in line 3), column 4 ('1' in line 3) have no name and are not read");
 }
 
 TEST_CASE("titles and comments above the header and units below it are ignored") {

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cctype>
 #include <cstddef>
 #include <cstdint>
@@ -114,6 +116,12 @@ std::string advice_on_encoding(std::string_view bytes, const std::string& file) 
   return looks_chinese(bytes)
              ? advice("the file is likely GB18030 (Chinese)", "GB18030", file)
              : advice("the file is likely Windows-1252 or Latin-1", "CP1252", file);
+}
+
+bool looks_like_utf16(std::string_view text) {
+  std::array<std::size_t, 2> zeros{};
+  for (std::size_t i = 0; i < text.size(); ++i) zeros[i % 2] += text[i] == '\0' ? 1 : 0;
+  return std::ranges::max(zeros) > 1 && std::ranges::min(zeros) == 0;
 }
 
 std::string advice_on_utf16(std::string_view bytes, const std::string& file) {

@@ -17,6 +17,10 @@ std::size_t first_invalid_utf8(std::string_view text);
 /// \param file   for the command
 std::string advice_on_encoding(std::string_view bytes, const std::string& file);
 
+/// Whether a text has zero bytes as UTF-16 without byte order mark has them: several, and all as
+/// first or all as second byte of a pair.
+bool looks_like_utf16(std::string_view text);
+
 /// The same for a file in UTF-16, with or without byte order mark.
 /// \param bytes  the first of the file
 std::string advice_on_utf16(std::string_view bytes, const std::string& file);

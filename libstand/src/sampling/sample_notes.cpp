@@ -150,6 +150,10 @@ void SampleMaker::note_counts() {
               "are divided by it; if factors are per hectare of that part already, use "
               "`expansion_area=part`");
   }
+  if (design_.plots && design_.plots->slope_lacks_unit && design_.corrects_slope) {
+    sample_.notes.emplace_back(
+        "the column slope is read in degrees; if it is in percent, name it slope_percent");
+  }
   if (design_.plots && design_.plots->has_slope && !design_.corrects_slope) {
     sample_.notes.emplace_back(
         "the column slope is not used: distances are taken as horizontal; with `slope_correction`, "

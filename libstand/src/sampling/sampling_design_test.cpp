@@ -156,9 +156,13 @@ TEST_CASE("Distances along the slope make smaller areas") {
   const Inventory stand = without_positions({{.dbh_cm = 20}});
   SamplingDesign design{.plots = plots_of("plot,area,slope\n1,500,60\n"), .corrects_slope = true};
   // cos 60 degrees = 1/2
-  CHECK(sample_of(stand, design).areas[0].area_m2 == Approx(250.0).epsilon(1e-13));
+  const DesignedSample degrees = sample_of(stand, design);
+  CHECK(degrees.areas[0].area_m2 == Approx(250.0).epsilon(1e-13));
+  CHECK(says(degrees.notes, "read in degrees; if it is in percent"));
   design.plots = plots_of("plot,area,Slope (%)\n1,500,100\n");
-  CHECK(sample_of(stand, design).areas[0].area_m2 == Approx(500 / std::sqrt(2)).epsilon(1e-13));
+  const DesignedSample percent = sample_of(stand, design);
+  CHECK(percent.areas[0].area_m2 == Approx(500 / std::sqrt(2)).epsilon(1e-13));
+  CHECK_FALSE(says(percent.notes, "in degrees"));
   design.corrects_slope = false;
   const DesignedSample level = sample_of(stand, design);
   CHECK(level.areas[0].area_m2 == 500.0);

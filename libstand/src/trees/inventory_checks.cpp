@@ -66,10 +66,6 @@ void check_ranges(const Measures& row, bool is_cw_from_radii, Problems& problems
   problems.push_back({kHcb, fmt::format("{} m is not below h {} m", row[kHcb], row[kH])});
 }
 
-// The limits of whole columns are far outside the range of real stands, so that giants and saplings
-// pass; a single unusual value gives a note, not an error.
-constexpr std::size_t kEnoughTrees = 10;
-
 /// The median of the positive values; 0 if there are none.
 double positive_median(const std::vector<double>& values) {
   std::vector<double> positive;
@@ -344,59 +340,6 @@ void check_units(const Inventory& inventory,
   check_position_codes(inventory, plan);
   check_remote_trees(inventory, plan);
   check_positions(inventory, plan);
-}
-
-void OddValues::add(const Inventory& inventory) {
-  for (std::size_t i = 0; i < kMeasureCount; ++i) {
-    const TreeColumn& column = known_measure(i);
-    if (column.range.largest == 0.0) continue;
-    const std::vector<double>& values = values_of(inventory, i);
-    for (std::size_t row = 0; row < values.size(); ++row) {
-      Beyond& beyond = beyond_[i];
-      if (!std::isnan(values[row])) ++beyond.values;
-      if (values[row] > beyond.largest) {
-        beyond.next = std::exchange(beyond.largest, values[row]);
-        beyond.place = inventory.place(row);
-      } else if (values[row] > beyond.next && values[row] < beyond.largest) {
-        beyond.next = values[row];
-      }
-      if (!(values[row] > column.range.largest) || beyond.count++ > 0) continue;
-      Place place = inventory.place(row);
-      place.column = column.name;
-      beyond_[i].first = describe(place, fmt::format("{} {} is odd", values[row], column.unit));
-    }
-  }
-}
-
-std::vector<std::string> OddValues::notes() const {
-  // A slip of the decimal point is a factor of 10; nearer to it than to 1 is more than its root.
-  constexpr double kSlip = 3.1623;
-  std::vector<std::string> notes;
-  for (std::size_t i = 0; i < kMeasureCount; ++i) {
-    const std::size_t count = beyond_[i].count;
-    const auto& [first, ignored, values, largest, next, at] = beyond_[i];
-    if (count == 0 && values >= kEnoughTrees && next > 0.0 && largest > kSlip * next) {
-      Place place = at;
-      place.column = known_measure(i).name;
-      notes.push_back(describe(
-          place,
-          fmt::format(
-              "{} {} is {:.1f} times the next largest value, {}; is a decimal point missing?",
-              largest,
-              known_measure(i).unit,
-              largest / next,
-              next)));
-    }
-    if (count == 0) continue;
-    std::string note = beyond_[i].first;
-    if (count > 1) {
-      const TreeColumn& column = known_measure(i);
-      note += fmt::format(
-          ", and {} more values above {} {}", count - 1, column.range.largest, column.unit);
-    }
-    notes.push_back(std::move(note));
-  }
-  return notes;
 }
 
 }  // namespace silvafit::stand

@@ -12,6 +12,10 @@ namespace silvafit::stand {
 
 using Measures = std::array<double, kMeasureCount>;
 
+/// The limits of whole columns are far outside the range of real stands, so that giants and
+/// saplings pass; a single unusual value gives a note, not an error.
+inline constexpr std::size_t kEnoughTrees = 10;
+
 /// A rule that a row violates.
 struct Problem {
   std::size_t measure = 0;
@@ -33,23 +37,5 @@ std::vector<Problem> problems_of(const Measures& row,
 void check_units(const Inventory& inventory,
                  const ColumnPlan& plan,
                  std::size_t crown_base_above_top);
-
-/// Single values that no tree reaches, of an inventory or of its parts one after another.
-class OddValues {
- public:
-  void add(const Inventory& inventory);
-  std::vector<std::string> notes() const;
-
- private:
-  struct Beyond {
-    std::string first{};  ///< place and value
-    std::size_t count = 0;
-    std::size_t values = 0;
-    double largest = 0.0;
-    double next = 0.0;  ///< the largest of the others
-    Place place{};      ///< of the largest
-  };
-  std::array<Beyond, kMeasureCount> beyond_{};
-};
 
 }  // namespace silvafit::stand

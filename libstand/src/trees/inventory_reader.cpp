@@ -401,7 +401,10 @@ void InventoryReader::count_findings() {
     const bool is_alive = inventory.status.empty() || inventory.status[i] == TreeStatus::kAlive;
     if (is_alive && std::isnan(inventory.dbh_cm[i])) ++without_dbh_;
   }
-  odd_values_.add(inventory);
+  for (std::size_t i = 0; i < kMeasureCount; ++i) {
+    const auto place_of = [&inventory](std::size_t row) { return inventory.place(row); };
+    odd_values_.add(known_measure(i).name, values_of(inventory, i), place_of);
+  }
   if (!plan_.status_field) remarks_.back().add(inventory.species);
 }
 

@@ -16,6 +16,7 @@
 #include "silvafit/data/table.hpp"
 #include "silvafit/data/table_parts.hpp"
 #include "silvafit/stand/inventory.hpp"
+#include "silvafit/stand/odd_values.hpp"
 #include "silvafit/stand/prepared_table.hpp"
 #include "silvafit/stand/species_spellings.hpp"
 #include "silvafit/stand/tree_status.hpp"

@@ -152,6 +152,12 @@ bool is_structure_name(std::string_view name) {
          plot_column(name) != nullptr;
 }
 
+bool is_of_neighbors(std::string_view name) {
+  const auto further = find_word<stand::FurtherIndex>(name);
+  return is_unit_name(name) || (further && *further != stand::FurtherIndex::kBasalAreaLarger &&
+                                *further != stand::FurtherIndex::kCrownCompetition);
+}
+
 std::vector<std::string> structure_names_in(const std::vector<std::string>& texts,
                                             const data::Table& table) {
   std::vector<std::string> wanted;

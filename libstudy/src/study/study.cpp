@@ -117,8 +117,8 @@ class SmallParts {
         "Too few trees for models (fewer than {}): {}.{}",
         minimum_trees,
         fmt::join(texts, "; "),
-        lacks_core_ ? " Trees near the plot edge are not core trees and are not counted; a smaller "
-                      "buffer or another edge correction gives more core trees."
+        lacks_core_ ? " Trees near the plot edge are not core trees and are not counted; edge "
+                      "correction none counts them."
                     : ""));
   }
 

@@ -212,8 +212,9 @@ TEST_CASE("the note on too few core trees has the number of measured trees") {
   CHECK_THAT(notes,
              Catch::Matchers::VectorContains(std::string(
                  "Too few trees for models (fewer than 20): SM h (10 core trees of 80 measured). "
-                 "Trees near the plot edge are not core trees and are not counted; a smaller "
-                 "buffer or another edge correction gives more core trees.")));
+                 "Trees near the plot edge are not core trees and are not counted; edge "
+                 "correction none counts them.")));
+
   // If all trees are core trees, there is one number.
   options.minimum_trees = 100;
   table.set("core", std::vector<double>(table.rows(), 1.0));

@@ -174,16 +174,15 @@ std::vector<std::string> add_columns(const std::vector<stand::ColumnMapping>& co
       table.set(mapping.name, data::checked_values(mapping.source, table));
     }
   }
-  if (!computed.empty()) {
-    const bool is_of_all = computed == std::vector<std::string>{"BAL"};
-    const std::string trees =
-        is_of_all ? "all trees" : fmt::format("the {} nearest trees", options.neighbors);
-    notes.push_back(
-        fmt::format("{}: computed from {} of {}, without a window",
-                    fmt::join(computed, ", "),
-                    trees,
-                    options.scope == stand::SearchScope::kStand ? "the stand" : "each plot"));
-  }
+  const char* const where = options.scope == stand::SearchScope::kStand ? "the stand" : "each plot";
+  const auto middle = std::ranges::stable_partition(computed, is_of_neighbors).begin();
+  const auto note = [&](auto begin, auto end, const std::string& trees) {
+    if (begin == end) return;
+    notes.push_back(fmt::format(
+        "{}: computed from {} of {}, without a window", fmt::join(begin, end, ", "), trees, where));
+  };
+  note(computed.begin(), middle, fmt::format("the {} nearest trees", options.neighbors));
+  note(middle, computed.end(), "all trees");
   return notes;
 }
 

@@ -326,13 +326,14 @@ std::vector<std::string> summary_of(const ImputationSummary& summary) {
   std::vector<std::string> lines;
   for (const ImputeModel& model : summary.models) {
     const fit::FittedModel& fit = model.fit;
-    lines.push_back(fmt::format("{}{}{}{}, variance {}, {} trees, conditional RMSE {:.4g}",
+    lines.push_back(fmt::format("{}{}{}{}, variance {}, {} trees, {}RMSE {:.4g}",
                                 label_of(model, summary.options),
                                 fit.model.empty() ? "" : fit.model + " ",
                                 fit.specification.formula.text,
                                 random_text(fit.specification),
                                 fit.specification.variance.text(),
                                 fit.observations,
+                                fit.specification.random.empty() ? "" : "conditional ",
                                 fit.conditional.rmse));
   }
   const std::size_t stand = count(summary.levels, ImputeLevel::kStand);

@@ -6,10 +6,7 @@
 
 #include <algorithm>
 #include <functional>
-#include <list>
-#include <map>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
@@ -18,16 +15,16 @@
 #include "silvafit/data/column_reference.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/program.hpp"
-#include "silvafit/fit/random_effects.hpp"
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/prepared_table.hpp"
 #include "silvafit/stand/similar_plots.hpp"
-#include "silvafit/stand/size_units.hpp"
 #include "silvafit/stand/species_spellings.hpp"
 #include "silvafit/stand/tree_status.hpp"
 #include "silvafit/stand/unread_columns.hpp"
 #include "silvafit/study/table_checks.hpp"
+#include "workflow/recurring_groups.hpp"
 #include "workflow/repeated_rows.hpp"
+#include "workflow/table_sizes.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -88,7 +85,6 @@ class TableReader {
   void describe_unread();
   void read_status();
   void describe_labels();
-  void describe_recurring_groups();
   void resolve_repeated_rows(RepeatedRows rule);
   void note(std::string text) {
     if (!text.empty()) result_.recognized.push_back(std::move(text));
@@ -379,52 +375,6 @@ void TableReader::describe_labels() {
   }
 }
 
-/// Trees are numbered within plots, and plots within stands: as groups they need both.
-void TableReader::describe_recurring_groups() {
-  if (wishes_.random.empty() || wishes_.state != nullptr) return;
-  Names grouped;
-  for (const fit::RandomEffects& term : fit::parse_random_effects(wishes_.random)) {
-    grouped.push_back(term.group);
-  }
-  const auto& header = reader_.header();
-  const auto column_of = [&](const std::string& name) -> std::string {
-    const auto fields = stand::fields_of(name, header, wishes_.options.columns, reader_.file());
-    return fields.size() == 1 ? header[fields.front()] : std::string();
-  };
-  std::vector<std::pair<std::string, std::string>> levels{{"tree", column_of("plot")}};
-  for (const std::size_t field : stand::fields_of_units(header)) {
-    levels.emplace_back("plot", header[field]);
-  }
-  for (const auto& [inner, within] : levels) {
-    const std::string group = column_of(inner);
-    const data::Table& table = result_.table;
-    const bool is_alone = !within.empty() && within != group && contains(grouped, group) &&
-                          !contains(grouped, within) && table.has(group) && table.has(within);
-    if (!is_alone) continue;
-    const data::TextColumn groups = table.labels(group);
-    const data::TextColumn places = table.labels(within);
-    std::map<std::uint32_t, std::uint32_t> first_place;
-    std::set<std::uint32_t> recurring;
-    for (std::size_t row = 0; row < groups.size(); ++row) {
-      if (groups.is_missing(row) || places.is_missing(row)) continue;
-      const auto known = first_place.try_emplace(groups.code(row), places.code(row)).first;
-      if (known->second != places.code(row)) recurring.insert(groups.code(row));
-    }
-    if (recurring.empty()) continue;
-    note(fmt::format(
-        "{} of the column {} {} in several values of {} ({}): each is one group here; if "
-        "it is another {} in each of them, group by `{}/{}`",
-        counted(recurring.size(), "label", "labels"),
-        group,
-        recurring.size() == 1 ? "occurs" : "occur",
-        within,
-        groups.levels()[*recurring.begin()],
-        inner,
-        within,
-        group));
-  }
-}
-
 TableReader::Result TableReader::read() {
   find_columns();
   read_table();
@@ -461,52 +411,17 @@ TableReader::Result TableReader::read() {
   leave_out_sums();
   describe_unread();
   describe_labels();
-  describe_recurring_groups();
+  if (!wishes_.random.empty() && wishes_.state == nullptr) {
+    for (std::string& text : describe_recurring_groups(
+             result_.table, reader_.header(), wishes_.options.columns, wishes_.random)) {
+      note(std::move(text));
+    }
+  }
   resolve_repeated_rows(RepeatedRows::kObservations);
   return std::move(result_);
 }
 
-/// Only tables with dbh are of trees for certain; `h` may be anything in others.
-/// \param is_computed  whether the table has the mapped columns, by our names
-/// \throws InputError if a column or a plot has another unit
-void check_table_units(const data::Table& table, const Mappings& mapped, bool is_computed) {
-  const auto numbers_of = [&](std::string_view name) -> std::optional<std::vector<double>> {
-    const stand::ColumnMapping* const mapping = stand::mapping_to(name, mapped);
-    if (mapping == nullptr || is_computed) {
-      if (!table.has(name) || !table.is_numeric(name)) return std::nullopt;
-      const auto numbers = table.numbers(name);
-      return std::vector<double>(numbers.begin(), numbers.end());
-    }
-    return stand::numbers_from(table, name, mapping->source);
-  };
-  if (!numbers_of("dbh")) return;
-  std::vector<stand::SizeColumn> sizes;
-  std::list<std::vector<double>> values;
-  for (const stand::TreeColumn& column : stand::tree_columns()) {
-    if (!column.is_measure() || column.is_position()) continue;
-    auto numbers = numbers_of(column.name);
-    if (!numbers) continue;
-    const stand::ColumnMapping* const mapping = stand::mapping_to(column.name, mapped);
-    std::string source(column.name);
-    if (mapping != nullptr) {
-      const bool is_column = data::Expression::variable(mapping->source).text() == mapping->source;
-      source = is_column ? mapping->source : "(" + mapping->source + ")";
-    }
-    values.push_back(std::move(*numbers));
-    sizes.push_back({.name = column.name, .source = std::move(source), .values = values.back()});
-  }
-  const auto labels = [&table](const char* name) {
-    return table.has(name) ? table.labels(name) : data::TextColumn();
-  };
-  stand::check_units_of_trees(
-      labels("plot"), labels("species"), sizes, table.file(), [&table](std::size_t row) {
-        return data::place_of(table, row, {});
-      });
-}
-
 }  // namespace
-
-void check_units(const data::Table& table) { check_table_units(table, {}, true); }
 
 std::map<std::string, std::string> column_map(const std::vector<std::string>& entries) {
   std::map<std::string, std::string> map;
@@ -537,9 +452,12 @@ ReadTable read_tree_table(const data::TableSource& source,
     return stand::mapping_to(entry.first, result.mapped) == nullptr;
   });
   for (const stand::ColumnMapping& mapping : result.mapped) columns[mapping.name] = mapping.source;
-  if (!settings.trust_units && (state == nullptr || !std::exchange(state->is_begun, true))) {
-    check_table_units(result.table, result.mapped, false);
-  }
+  ReadingState own;
+  check_sizes(result.table,
+              sizes_in(result.table, result.mapped, false),
+              settings.trust_units,
+              state == nullptr ? own : *state,
+              result.recognized);
   // The status does not affect a tree's shape.
   columns.erase("status");
   give_notes(result.recognized, note);
@@ -557,10 +475,12 @@ ObservedTable read_model_table(const data::TableSource& source,
   ReadingState& state = columns.state == nullptr ? own : *columns.state;
   for (const std::string& text : computed) ++state.computed[text];
   for (const auto& [text, parts] : state.computed) result.recognized.push_back(text);
+  check_sizes(result.table,
+              sizes_in(result.table, result.mapped, true),
+              settings.trust_units,
+              state,
+              result.recognized);
   give_notes(result.recognized, note);
-  if (!settings.trust_units && !std::exchange(state.is_begun, true)) {
-    check_table_units(result.table, result.mapped, true);
-  }
   return static_cast<ObservedTable&&>(result);
 }
 

@@ -25,6 +25,8 @@ struct CsvLayout {
   std::size_t header_line = 0;       ///< from 1
   std::size_t comments = 0;          ///< lines with # below the header, in the part read so far
   std::vector<std::string> units{};  ///< of each column, if there is a row of units
+  /// Columns that have values but no name, with the first value, in the part read so far.
+  std::vector<std::string> unnamed{};
 };
 
 /// "the header is on line 4, below 3 lines of titles or comments; the row below it has units";

@@ -36,6 +36,7 @@ struct PlotTable {
   bool has_stratum = false;
   bool has_time = false;
   bool has_slope = false;
+  bool slope_lacks_unit = false;  ///< the header does not say that it is in degrees
   bool has_center = false;
   std::string recognized{};  ///< note on columns with other usual names
 };

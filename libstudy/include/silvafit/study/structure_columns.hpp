@@ -16,6 +16,9 @@ namespace silvafit::study {
 /// quadratic_mean_dbh [cm] and dominant_height [m].
 bool is_structure_name(std::string_view name);
 
+/// Whether it is computed of a tree's neighbors, not of all trees.
+bool is_of_neighbors(std::string_view name);
+
 /// The structure names that texts mention (formulas, sub-models, conditions) and that are no column
 /// of the table, in the order of first mention. Text in double quotes and names of functions are
 /// ignored. Empty if the table has no columns x, y and dbh to compute them from.

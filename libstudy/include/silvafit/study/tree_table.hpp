@@ -12,6 +12,7 @@
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/missing_codes.hpp"
 #include "silvafit/data/table.hpp"
+#include "silvafit/stand/odd_values.hpp"
 #include "silvafit/stand/repeated_trees.hpp"
 #include "silvafit/stand/species_spellings.hpp"
 #include "silvafit/stand/structural_units.hpp"
@@ -78,6 +79,7 @@ struct ReadingState {
   RepeatedTreeCounts repeated_trees{};
   std::size_t sums = 0;  ///< rows of sums or means
   std::string first_sum{};
+  stand::OddValues odd_values{};
   std::map<std::string, std::size_t> computed{};  ///< notes on computed indices, with parts
   bool is_begun = false;
 };
