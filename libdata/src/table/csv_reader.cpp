@@ -54,6 +54,7 @@ struct CsvReader::State : CsvScanner {
 
   void find_start();
   void read_header();
+  void refuse_other_separators(std::string_view names) const;
   void take_head(const TableHead& head);
   ColumnKind kind(std::size_t column) const;
   bool is_ignored();
@@ -73,6 +74,27 @@ void CsvReader::State::find_start() {
   layout.titles = start.titles;
   layout.units = start.units;
   skips_next = !start.units.empty();
+}
+
+/// A line that is one field may have other separators.
+void CsvReader::State::refuse_other_separators(std::string_view names) const {
+  const std::string_view rest(buffer.data() + begin, end - begin);
+  const std::string_view values = rest.substr(0, rest.find_first_of("\r\n"));
+  const auto words = [](std::string_view text) {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+      if (text[i] != ' ' && (i == 0 || text[i - 1] == ' ')) ++count;
+    }
+    return count;
+  };
+  constexpr std::size_t kFewestColumns = 3;
+  const bool has_bars = std::ranges::count(names, '|') > 0;
+  const bool has_blanks = words(names) >= kFewestColumns && words(names) == words(values);
+  if (!has_bars && !has_blanks) return;
+  fail(line,
+       fmt::format("the columns seem to be separated by {}; save the table with commas, semicolons "
+                   "or tabs",
+                   has_bars ? "'|'" : "blanks"));
 }
 
 void CsvReader::State::read_header() {
@@ -97,6 +119,7 @@ void CsvReader::State::read_header() {
                        header.back()));
     }
   }
+  if (header.size() == 1) refuse_other_separators(header.front());
 }
 
 /// The header of a part of a file.

@@ -148,6 +148,30 @@ TEST_CASE("a table of a file with decimal commas has numbers, and unchanged labe
   CHECK(table.text("mixed").levels() == std::vector<std::string>{"1,5", "x", "2,5"});
 }
 
+TEST_CASE("points of thousands are asked about where no other column shows the decimal mark") {
+  const auto error_in = [](const std::string& text) {
+    const ScratchFile file(text);
+    try {
+      read_csv_table(file.path());
+    } catch (const InputError& error) {
+      return silvafit::describe({.line = error.place().line}, error.message());
+    }
+    return std::string();
+  };
+  CHECK_THAT(error_in("plot;mm\n1;987\n1;1.020\n"),
+             Contains("line 3: '1.020' can be 1020 or a number with three decimals, because the "
+                      "column has '987' on line 2"));
+  // Numbers of other forms, and long ones without a mark, show that points are decimal ones.
+  for (const char* text : {"plot;mm\n1;987\n1;1.02\n",
+                           "plot;mm\n1;1987\n1;1.020\n",
+                           "plot;mm\n1;1.987\n1;1.020\n",
+                           "plot;mm\n1;0\n1;1.020\n",
+                           "plot;mm\n1;0.987\n1;12\n",
+                           "plot,mm\n1,987\n1,1.020\n"}) {
+    CHECK(error_in(text).empty());
+  }
+}
+
 TEST_CASE("a line may name the separator, and messages name other formats") {
   using Rows = std::vector<std::vector<std::string>>;
   for (const char* line : {"sep=;\r\n", "\xEF\xBB\xBFSEP=;\n", "\"sep=;\"\r"}) {
@@ -158,6 +182,9 @@ TEST_CASE("a line may name the separator, and messages name other formats") {
   CHECK(read_text("sep=1,b\n1,2\n") == Rows{{"sep=1", "b"}, {"1", "2"}});
   CHECK_THAT(error_of("\x1F\x8B\x08 rest"), Contains("gunzip"));
   CHECK_THAT(error_of("PK\x03\x04 rest"), Contains("workbook"));
+  CHECK_THAT(error_of("plot|dbh|h\n1|20|18\n"), Contains("separated by '|'"));
+  CHECK_THAT(error_of("plot  dbh h\n1 20  18\n"), Contains("separated by blanks"));
+  CHECK(read_text("height of trees\n20\n") == Rows{{"height of trees"}, {"20"}});
   CHECK_THAT(error_of(std::string("p\0l\0o\0t\0", 8)), Contains("UTF-16"));
   CHECK_THAT(error_of(std::string("plot,h\n1,1\0.5\n", 14)), Contains("line 2: a zero byte"));
 }

@@ -24,24 +24,28 @@ bool has_form_of_thousands(std::string_view number, std::size_t mark) {
          are_digits(before) && are_digits(after);
 }
 
-/// \param other  a number of another column, whose mark is the other one
+/// \param reason  why the number may be read wrongly
 [[noreturn]] void refuse_thousands(const MarkedNumber& number,
                                    char mark,
-                                   const MarkedNumber& other,
-                                   const std::string& other_column,
+                                   const std::string& reason,
                                    Place place) {
   std::string without = number.text;
   std::erase(without, mark);
   throw InputError(
-      fmt::format("'{}' can be {} or a number with three decimals, because {} has '{}' on line {}; "
-                  "write numbers without separators of thousands, and with one decimal mark in all "
-                  "columns",
+      fmt::format("'{}' can be {} or a number with three decimals, because {}; write numbers "
+                  "without separators of thousands, and with one decimal mark in all columns",
                   number.text,
                   without,
-                  other_column,
-                  other.text,
-                  other.line),
+                  reason),
       std::move(place));
+}
+
+/// A whole number above 0 without a mark.
+void take_whole_number(std::string_view text, std::size_t line, DecimalMarks& marks) {
+  constexpr std::size_t kDigitsBelowThousands = 3;
+  if (!are_digits(text) || text.find_first_not_of('0') == std::string_view::npos) return;
+  if (text.size() > kDigitsBelowThousands) marks.has_long_numbers = true;
+  if (marks.whole.line == 0) marks.whole = {.text = std::string(text), .line = line};
 }
 
 }  // namespace
@@ -49,7 +53,7 @@ bool has_form_of_thousands(std::string_view number, std::size_t mark) {
 void DecimalMarks::add(std::string_view number, std::size_t line) {
   const std::string_view text = trimmed(number);
   const std::size_t mark = text.find_first_of(".,");
-  if (mark == std::string_view::npos) return;
+  if (mark == std::string_view::npos) return take_whole_number(text, line, *this);
   MarkedNumber& known = text[mark] == '.' ? point : comma;
   if (known.line == 0) {
     known.text = text;
@@ -85,14 +89,23 @@ void require_clear_marks(const std::vector<DecimalMarks>& marks,
     const bool has_points = marks[column].point.line > 0;
     const MarkedNumber& number = has_points ? marks[column].point : marks[column].comma;
     if (number.line == 0 || !number.may_be_thousands) continue;
+    const char mark = has_points ? '.' : ',';
+    const Place place{.file = file, .line = number.line, .column = header[column]};
+    const MarkedNumber& whole = marks[column].whole;
+    if (whole.line > 0 && !marks[column].has_long_numbers) {
+      refuse_thousands(number,
+                       mark,
+                       fmt::format("the column has '{}' on line {}", whole.text, whole.line),
+                       place);
+    }
     for (const std::size_t other : columns) {
       const MarkedNumber& opposite = has_points ? marks[other].comma : marks[other].point;
       if (opposite.line == 0) continue;
-      refuse_thousands(number,
-                       has_points ? '.' : ',',
-                       opposite,
-                       header[other],
-                       {.file = file, .line = number.line, .column = header[column]});
+      refuse_thousands(
+          number,
+          mark,
+          fmt::format("{} has '{}' on line {}", header[other], opposite.text, opposite.line),
+          place);
     }
   }
 }

@@ -20,6 +20,12 @@
 
 namespace silvafit::stand {
 
+/// Plots whose area differs from the convex hull of their trees.
+struct HullDifference {
+  std::size_t plots = 0;
+  std::string first{};
+};
+
 /// Adds up an inventory, or its parts of whole plots in the order of plots_in_order().
 class ReportMaker {
  public:
@@ -40,6 +46,9 @@ class ReportMaker {
  private:
   void take_labels(const Inventory& inventory);
   std::vector<SampledArea> find_areas(const Inventory& inventory);
+  void add_empty_plots(const Inventory& inventory, std::vector<SampledArea>& areas);
+  void require_no_share(const PlotRecord& record) const;
+  void compare_with_table(const std::vector<SampledArea>& areas) const;
   void count_trees_without_window(const Inventory& inventory, const PlotWindows& windows);
   static void sort_areas(const Inventory& inventory, std::vector<SampledArea>& areas);
   void count_trees_left_out(const Inventory& inventory, const std::vector<SampledArea>& areas);
@@ -70,6 +79,7 @@ class ReportMaker {
   void note(const std::vector<std::string>& notes);
   void write_notes();
   void note_areas();
+  void note_dense_plots();
   void note_trees_left_out();
   void note_plots_left_out();
   void note_plots_without_trees();
@@ -110,6 +120,7 @@ class ReportMaker {
   std::vector<std::vector<std::size_t>> trees_of_species_{};
 
   // For notes.
+  std::string expansion_{};  ///< Inventory::expansion
   bool is_hull_ = false;
   std::string offered_{};  ///< other source of areas than hulls
   PlotNames plots_without_window_{};
@@ -117,11 +128,13 @@ class ReportMaker {
   std::size_t without_window_ = 0;  ///< trees with a position whose plot has no window
   std::size_t outside_ = 0;         ///< trees with a position that are outside of a window
   std::size_t without_position_ = 0;
-  std::size_t empty_ = 0;              ///< plots without trees
-  std::size_t smaller_than_hull_ = 0;  ///< plots whose area is smaller than the hull of their trees
-  std::string first_smaller_{};
+  std::size_t empty_ = 0;  ///< plots without trees
+  HullDifference
+      smaller_than_hull_{};            ///< plots whose area is smaller than the hull of their trees
+  HullDifference larger_than_hull_{};  ///< plots on a small part of which all trees stand
   std::vector<std::string> plots_left_out_{};
   std::vector<std::string> plots_without_trees_{};  ///< but for those with a window
+  std::vector<std::string> plots_of_table_without_trees_{};
   std::unordered_set<std::string> windows_without_rows_{};
   std::vector<std::string> notes_on_strata_{};
   std::size_t without_trees_ = 0;  ///< plots that have no stratum because they have no trees

@@ -50,76 +50,6 @@ ReportMaker::ReportMaker(const StandReportOptions& options,
   }
 }
 
-std::vector<SampledArea> ReportMaker::find_areas(const Inventory& inventory) {
-  if (sample_ != nullptr) return sample_->areas;
-  const std::vector<NamedWindow>& given = options_.units.windows;
-  if (options_.plot_area_m2 && !given.empty()) {
-    throw UsageError("use either `plot_area` or windows (`window`, `circle`), not both",
-                     {.column = "`plot_area`"});
-  }
-  offered_ = offer_of_area_column(inventory);
-  if (options_.plot_area_m2) return sampled_areas(inventory, *options_.plot_area_m2);
-  if (!inventory.has_coordinates()) {
-    throw UsageError(
-        fmt::format("the area is unknown, because the inventory has no positions; give "
-                    "the area of a plot in m2 with `plot_area`{}",
-                    offered_),
-        {.file = inventory.file});
-  }
-  const PlotWindows windows = plot_windows(inventory, given, options_.units.scope);
-  is_hull_ = windows.is_assumed;
-  count_trees_without_window(inventory, windows);
-  std::vector<SampledArea> areas =
-      sampled_areas(inventory, windows, is_part_ ? std::vector<NamedWindow>() : given);
-  for (SampledArea& area : areas) {
-    // The plot has the window of the stand, in which other parts have plots, too.
-    const bool is_of_stand = is_part_ && !is_only_plot_ && !given.empty() &&
-                             std::ranges::none_of(given, [&area](const NamedWindow& window) {
-                               return window.plot == area.name || window.plot == kEveryPlot;
-                             });
-    if (is_of_stand) area.name.clear();
-  }
-  return areas;
-}
-
-/// Their trees are neither counted nor outside a window.
-void ReportMaker::count_trees_without_window(const Inventory& inventory,
-                                             const PlotWindows& windows) {
-  if (windows.plots_without_window.empty()) return;
-  plots_without_window_count_ += windows.plots_without_window.size();
-  plots_without_window_.add(windows.plots_without_window);
-  for (std::size_t tree = 0; tree < inventory.size(); ++tree) {
-    const bool has_position = !std::isnan(inventory.x[tree]) && !std::isnan(inventory.y[tree]);
-    if (has_position && windows.window_of(inventory, tree) == nullptr) ++without_window_;
-  }
-}
-
-/// Areas in the order in which they come if the file is read in parts; without rows last.
-void ReportMaker::sort_areas(const Inventory& inventory, std::vector<SampledArea>& areas) {
-  if (inventory.plot_lines.empty()) return;
-  std::ranges::stable_sort(areas, {}, [&](const SampledArea& area) {
-    const std::uint32_t code = inventory.plot.code_of(area.name);
-    return code < inventory.plot_lines.size() ? inventory.plot_lines[code]
-                                              : data::TextColumn::kMissingCode;
-  });
-}
-
-void ReportMaker::count_trees_left_out(const Inventory& inventory,
-                                       const std::vector<SampledArea>& areas) {
-  std::vector<char> is_in_area(inventory.size(), 0);
-  for (const SampledArea& area : areas) {
-    for (const std::size_t tree : area.trees) is_in_area[tree] = 1;
-    if (area.trees.empty()) ++empty_;
-  }
-  for (std::size_t tree = 0; tree < inventory.size(); ++tree) {
-    // A note of the inventory is about those without dbh.
-    if (is_in_area[tree] != 0 || std::isnan(inventory.dbh_cm[tree])) continue;
-    const bool has_position = inventory.has_coordinates() && !std::isnan(inventory.x[tree]) &&
-                              !std::isnan(inventory.y[tree]);
-    ++(has_position ? outside_ : without_position_);
-  }
-}
-
 /// Strata are in the table of plots, which plots without trees have, too.
 std::vector<std::string> ReportMaker::strata_of_table(const std::vector<SampledArea>& areas) {
   DesignStrata strata = strata_of_plots(*options_.design.plots, areas, stratum_sizes_);
@@ -244,22 +174,6 @@ void ReportMaker::add_dominant(const Inventory& inventory, const std::vector<Sam
   }
 }
 
-/// An area that is given cannot be smaller than the hull of the trees on it.
-void ReportMaker::compare_with_hull(const Inventory& inventory, const SampledArea& area) {
-  const bool is_whole = sample_ == nullptr || sample_->represented.empty();
-  if (area.window || !area.has_area || !is_whole) return;
-  if (!inventory.has_coordinates() || inventory.is_placed_by_subplots) return;
-  std::vector<Point> points;
-  for (const std::size_t tree : area.trees) {
-    const Point point{inventory.x[tree], inventory.y[tree]};
-    if (std::isfinite(point.x) && std::isfinite(point.y)) points.push_back(point);
-  }
-  const std::optional<Window> hull = Window::convex_hull(points);
-  if (!hull || !(hull->area_m2() > area.area_m2) || smaller_than_hull_++ > 0) return;
-  first_smaller_ =
-      fmt::format("plot {}: {:.6g} m2, hull {:.6g} m2", area.name, area.area_m2, hull->area_m2());
-}
-
 AreaReport ReportMaker::report_on(const Inventory& inventory, SampledArea area) {
   compare_with_hull(inventory, area);
   AreaReport report;
@@ -319,6 +233,7 @@ void ReportMaker::take_labels(const Inventory& inventory) {
       without_rows_.quantities.push_back({.name = quantity.name, .unit = quantity.unit});
     }
   }
+  expansion_ = inventory.expansion;
   without_trees_sums_.add(inventory, {});
   // Rows at the end of a part may be skipped ones of the next part's first plot.
   for (const std::string& plot : inventory.plot.levels()) windows_without_rows_.erase(plot);
@@ -346,24 +261,6 @@ void ReportMaker::add(const Inventory& inventory) {
   add_species(inventory, areas);
   add_dominant(inventory, areas);
   add_figures(inventory, std::move(areas), strata);
-}
-
-/// Plots without trees are counted, too.
-void ReportMaker::add_plots_without_rows() {
-  if (options_.plot_area_m2) return;
-  std::vector<SampledArea> areas;
-  for (const NamedWindow& window : options_.units.windows) {
-    if (!window.plot || !windows_without_rows_.contains(*window.plot)) continue;
-    if (std::ranges::find(plots_left_out_, *window.plot) != plots_left_out_.end()) continue;
-    areas.push_back(
-        {.name = *window.plot, .area_m2 = window.window.area_m2(), .window = window.window});
-  }
-  empty_ += areas.size();
-  if (!options_.stratum.empty()) {
-    without_trees_ += areas.size();
-  } else {
-    add_figures(without_rows_, std::move(areas), {});
-  }
 }
 
 void ReportMaker::finish_structure(const std::string& file) {
@@ -403,19 +300,6 @@ void ReportMaker::finish_figures() {
   for (SpeciesRow& row : report_.species) {
     row.figures.area_ha = data::kMissing;
     row.basal_area_m2 = data::kMissing;
-  }
-}
-
-void ReportMaker::check_density(const std::string& file) const {
-  if (options_.trust_units) return;
-  const Place place{.file = file, .column = options_.plot_area_m2 ? "`plot_area`" : "area"};
-  check_density_is_possible(report_.all.basal_area_m2_per_ha, place);
-  if (sample_ != nullptr) return;
-  for (const AreaReport& plot : report_.areas) {
-    const auto trees = static_cast<double>(plot.figures.trees);
-    const double basal_area_m2 =
-        plot.figures.basal_area_m2_per_ha * plot.area.area_m2 / kSquareMetersPerHectare;
-    check_plot_density(plot.area.name, trees, basal_area_m2, plot.area.area_m2, place);
   }
 }
 

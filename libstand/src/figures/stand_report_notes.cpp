@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "figures/report_maker.hpp"
+#include "sampling/plot_areas.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/stand/similar_plots.hpp"
 #include "units/edge.hpp"
@@ -14,6 +15,11 @@ namespace silvafit::stand {
 
 void ReportMaker::note_areas() {
   if (sample_ != nullptr) note(sample_->notes);
+  if (sample_ == nullptr && !expansion_.empty()) {
+    note(
+        {"the trees have factors of trees per ha, which are not used: each counts as one tree on "
+         "the area of `plot_area`, `window` or `circle`"});
+  }
   if (is_hull_) {
     note(
         {"areas are those of convex hulls, which are smaller than the plots, so values per "
@@ -25,13 +31,19 @@ void ReportMaker::note_areas() {
                       *options_.plot_area_m2,
                       offered_)});
   }
-  if (smaller_than_hull_ > 0) {
+  if (smaller_than_hull_.plots > 0) {
     note({fmt::format(
         "{} a smaller area than the convex hull of the trees ({}), so values per hectare are too "
         "large, unless trees beside the plot are in the table; check the areas",
-        counted(smaller_than_hull_, "plot has", "plots have"),
-        first_smaller_)});
+        counted(smaller_than_hull_.plots, "plot has", "plots have"),
+        smaller_than_hull_.first)});
   }
+  if (larger_than_hull_.plots > 0) {
+    note({fmt::format("all trees of {} on less than a tenth of the area ({}); check the areas",
+                      counted(larger_than_hull_.plots, "plot stand", "plots stand"),
+                      larger_than_hull_.first)});
+  }
+  note_dense_plots();
   // Redwoods and other giants of wet coasts exceed it.
   constexpr double kUsualBasalArea = 120.0;
   const double basal_area = report_.all.basal_area_m2_per_ha;
@@ -40,6 +52,13 @@ void ReportMaker::note_areas() {
         "{:.0f} m2 of basal area per hectare are more than nearly all forests have: check the "
         "areas, and that dbh is the diameter in cm; of circumferences use `columns=dbh=COLUMN/pi`",
         basal_area)});
+  }
+  if (!plots_of_table_without_trees_.empty()) {
+    note({fmt::format("{}: {}",
+                      counted(plots_of_table_without_trees_.size(),
+                              "plot of the table has no tree and is counted as empty",
+                              "plots of the table have no tree and are counted as empty"),
+                      data::list_of(plots_of_table_without_trees_))});
   }
   if (plots_without_window_.empty()) return;
   note({fmt::format(
@@ -50,10 +69,30 @@ void ReportMaker::note_areas() {
       plots_without_window_.text())});
 }
 
+/// A plot may be denser than any forest because it is small, or because its area is wrong.
+void ReportMaker::note_dense_plots() {
+  if (options_.trust_units) return;
+  const auto density = [](const AreaReport& plot) { return plot.figures.basal_area_m2_per_ha; };
+  const auto count = std::ranges::count_if(
+      report_.areas, [](double value) { return value > kImpossibleBasalArea; }, density);
+  if (count == 0) return;
+  const auto& densest = *std::ranges::max_element(report_.areas, {}, density);
+  note(
+      {fmt::format("{} more basal area per hectare than any forest (plot {}: {:.4g} m2 on {:.6g} "
+                   "m2); check the areas",
+                   counted(static_cast<std::size_t>(count), "plot has", "plots have"),
+                   densest.area.name,
+                   density(densest),
+                   densest.area.area_m2)});
+}
+
 /// Plots whose trees are all dead or cut count where their area is known.
 void ReportMaker::note_plots_without_trees() {
   if (plots_without_trees_.empty()) return;
-  const bool is_counted = sample_ != nullptr || options_.plot_area_m2;
+  const auto& windows = options_.units.windows;
+  const bool is_counted =
+      sample_ != nullptr || options_.plot_area_m2 ||
+      std::ranges::find(windows, kEveryPlot, &NamedWindow::plot) != windows.end();
   note({fmt::format("{} no living tree and {}: {}",
                     counted(plots_without_trees_.size(), "plot has", "plots have"),
                     is_counted ? "counts as empty" : "is not counted, because its area is unknown",
@@ -68,7 +107,8 @@ void ReportMaker::note_trees_left_out() {
                   "trees without position are not counted")});
   }
   if (outside_ > 0) note({outside_text(is_outside_note_of_units())});
-  const std::size_t with_window = options_.plot_area_m2 ? 0 : empty_;
+  const std::size_t others = plots_of_table_without_trees_.size() + plots_without_trees_.size();
+  const std::size_t with_window = options_.plot_area_m2 || empty_ < others ? 0 : empty_ - others;
   if (with_window > 0) {
     note({counted(with_window,
                   "plot with a window has no tree; it is counted as empty",

@@ -33,6 +33,7 @@ class SampleMaker {
     return records_[inventory_.plot.code(tree)];
   }
   void find_expansions();
+  void find_plots_without_factors();
   void find_smallest_dbh();
   std::optional<std::size_t> circle_of(double dbh_cm) const;
   double reach_m(std::size_t tree) const;
@@ -58,7 +59,8 @@ class SampleMaker {
   const Inventory& inventory_;
   const SamplingDesign& design_;
   std::vector<const PlotRecord*> records_{};  ///< by code of the plot
-  std::vector<double> expansions_{};          ///< (N) by the column
+  std::vector<double> expansions_{};          ///< (N) by the column; NaN for FIA's without one
+  std::vector<char> has_factor_{};  ///< by code of the plot, whether a tree has one; empty: all
   double smallest_dbh_cm_ = 0.0;
   Origin origin_ = Origin::kNone;
   std::size_t below_smallest_ = 0;

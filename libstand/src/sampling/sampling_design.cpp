@@ -10,6 +10,7 @@
 #include <set>
 #include <utility>
 
+#include "sampling/plot_areas.hpp"
 #include "sampling/sample_maker.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
@@ -19,17 +20,12 @@
 #include "silvafit/data/table.hpp"
 #include "trees/folded_text.hpp"
 #include "trees/usual_names.hpp"
+#include "units/density_indices.hpp"
 
 namespace silvafit::stand {
 namespace {
 
 constexpr double kRadiansOfDegree = std::numbers::pi / 180.0;
-
-/// The relative difference of equal areas: a radius from 2 m on, written with one decimal, is
-/// within 2.5 % of the exact one, and its area within 5 %.
-constexpr double kRoundedArea = 0.05;
-
-double circle_area_m2(double radius_m) { return std::numbers::pi * radius_m * radius_m; }
 
 /// The distance up to which an angle count counts a tree [m].
 double limiting_distance_m(double dbh_cm, double basal_area_factor) {
@@ -94,7 +90,6 @@ void SampleMaker::find_expansions() {
     if (expansions_[tree] >= 0.0 && std::isfinite(expansions_[tree])) continue;
     if (std::isnan(expansions_[tree]) && design_.expansion == inventory_.expansion) {
       // FIA's trees without a factor belong to no sample.
-      expansions_[tree] = 0.0;
       ++without_factor_;
       continue;
     }
@@ -106,6 +101,29 @@ void SampleMaker::find_expansions() {
                                        expansions_[tree]),
                      place);
   }
+  find_plots_without_factors();
+}
+
+/// Plots all of whose trees lack the factor are unknown, not empty.
+void SampleMaker::find_plots_without_factors() {
+  if (without_factor_ == 0) return;
+  has_factor_.assign(records_.size(), 0);
+  for (std::size_t tree = 0; tree < inventory_.size(); ++tree) {
+    if (!std::isnan(expansions_[tree])) has_factor_[inventory_.plot.code(tree)] = 1;
+  }
+  std::vector<std::string> unknown;
+  for (std::size_t code = 0; code < has_factor_.size(); ++code) {
+    if (has_factor_[code] == 0) unknown.push_back(inventory_.plot.levels()[code]);
+  }
+  if (unknown.empty()) return;
+  if (unknown.size() == has_factor_.size()) {
+    throw InputError("no tree has an expansion factor",
+                     {.file = inventory_.file, .column = design_.expansion});
+  }
+  sample_.notes.push_back(
+      fmt::format("{} unknown and not counted, because no tree has a factor: {}",
+                  counted(unknown.size(), "plot is", "plots are"),
+                  data::list_of(unknown)));
 }
 
 void SampleMaker::find_smallest_dbh() {
@@ -161,26 +179,12 @@ double SampleMaker::plot_area_m2(const PlotRecord* record) const {
     return subplots * circle_area_m2(design_.circles.back().radius_m);
   }
   if (design_.basal_area_factor > 0.0 || record == nullptr) return data::kMissing;
-  const std::array areas{record->area_m2,
-                         subplots * circle_area_m2(record->radius_m),
-                         kSquareMetersPerHectare / record->expansion};
-  double result = data::kMissing;
-  for (const double area_m2 : areas) {
-    if (std::isnan(area_m2)) continue;
-    if (std::isnan(result)) result = area_m2;
-    if (std::abs(area_m2 - result) <= kRoundedArea * result) continue;
-    throw InputError(
-        fmt::format("area, radius and expansion of the plot do not agree: {:.6g} m2 or {:.6g} m2; "
-                    "name the right one, such as `plots_columns=area=COLUMN`",
-                    result,
-                    area_m2),
-        {.file = design_.plots->file, .line = record->line, .plot = record->plot});
-  }
-  return result;
+  return recorded_area_m2(*record, design_.subplots, design_.plots->file);
 }
 
 bool SampleMaker::is_counted(std::size_t tree) {
   if (inventory_.is_neighbor_only(tree)) return false;
+  if (!expansions_.empty() && std::isnan(expansions_[tree])) return false;
   const double dbh_cm = inventory_.dbh_cm[tree];
   const bool has_limit = !design_.circles.empty() || design_.basal_area_factor > 0.0;
   if (has_limit && dbh_cm < smallest_dbh_cm_) {
@@ -228,6 +232,7 @@ void SampleMaker::add_areas() {
   std::vector<std::size_t> area_of_plot(records_.size(), kNone);
   sample_.represented.assign(inventory_.size(), 1.0);
   for (std::size_t code = 0; code < records_.size(); ++code) {
+    if (!has_factor_.empty() && has_factor_[code] == 0) continue;
     std::optional<SampledArea> area = area_of(inventory_.plot.levels()[code], records_[code]);
     if (!area) continue;
     area_of_plot[code] = sample_.areas.size();
@@ -384,10 +389,8 @@ DesignedSample SampleMaker::run() {
   return std::move(sample_);
 }
 
-/// The densest known forests have about 450 m2/ha; areas in another unit make far more.
 void check_density_is_possible(double basal_area_m2_per_ha, const Place& place) {
-  constexpr double kImpossible = 1000.0;
-  if (!(basal_area_m2_per_ha > kImpossible)) return;
+  if (!(basal_area_m2_per_ha > kImpossibleBasalArea)) return;
   throw InputError(
       fmt::format(
           "the areas of plots make {:.4g} m2 of basal area per hectare; areas are in m2 "

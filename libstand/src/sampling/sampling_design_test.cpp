@@ -246,6 +246,49 @@ TEST_CASE("Plots all of whose trees are dead or cut are empty plots") {
   }
 }
 
+TEST_CASE("The table of plots has the empty plots of areas that hold for every plot") {
+  const Inventory stand = stand_of({{.dbh_cm = 20, .plot = "1"}, {.dbh_cm = 30, .plot = "2"}});
+  StandReportOptions fixed{.design = {.plots = plots_of("plot,stratum\n1,A\n2,A\n3,A\n4,A\n")}};
+  fixed.plot_area_m2 = 500.0;
+  StandReportOptions circle = fixed;
+  circle.plot_area_m2.reset();
+  circle.units.windows = {{kEveryPlot, Window::circle({0, 0}, std::sqrt(500.0 / M_PI))}};
+  circle.without_units = true;
+  for (StandReportOptions options : {fixed, circle}) {
+    const StandReport report = stand_report(stand, options);
+    // 20, 20, 0 and 0 trees per ha: mean 10, standard error sqrt(400/3)/2.
+    REQUIRE(report.areas.size() == 4);
+    CHECK(report.strata.back().stems.per_ha == Approx(10.0).epsilon(1e-12));
+    CHECK(report.strata.back().stems.standard_error ==
+          Approx(std::sqrt(400.0 / 3.0) / 2.0).epsilon(1e-12));
+    CHECK(says(report.notes, "2 plots of the table have no tree and are counted as empty: 3, 4"));
+    options.design.plots = plots_of("plot,area\n1,510\n2,200\n");
+    CHECK_THROWS_WITH(stand_report(stand, options),
+                      Contains(":3") && Contains("the plot has 200 m2 in the table of plots"));
+    options.design.plots = plots_of("plot,share\n1,1\n2,0.5\n");
+    CHECK_THROWS_WITH(stand_report(stand, options), Contains("share of the table of plots"));
+  }
+}
+
+TEST_CASE("Plots all of whose trees lack the factor are unknown, not empty") {
+  Inventory stand = without_positions({{.dbh_cm = 20, .plot = "1", .h_m = 15},
+                                       {.dbh_cm = 30, .plot = "1", .h_m = 25},
+                                       {.dbh_cm = 30, .plot = "2", .h_m = 20}});
+  stand.expansion = "TPH";
+  stand.other.set("TPH", std::vector<double>{100.0, NAN, NAN});
+  const StandReport report = stand_report(stand, {.design = {.expansion = "TPH"}});
+  REQUIRE(report.areas.size() == 1);
+  CHECK(report.all.stems_per_ha == Approx(100.0).epsilon(1e-14));
+  CHECK(report.all.trees == 1);
+  CHECK(report.all.mean_height_m == Approx(15.0).epsilon(1e-14));
+  CHECK(says(report.notes, "1 plot is unknown and not counted, because no tree has a factor: 2"));
+  stand.other.set("TPH", std::vector<double>(3, NAN));
+  CHECK_THROWS_WITH(stand_report(stand, {.design = {.expansion = "TPH"}}),
+                    Contains("no tree has an expansion factor"));
+  // Areas replace the factors.
+  CHECK(says(stand_report(stand, {.plot_area_m2 = 500.0}).notes, "which are not used"));
+}
+
 TEST_CASE("Factors per acre are converted by the name of their column") {
   Inventory stand = without_positions({{.dbh_cm = 20, .plot = "1"}, {.dbh_cm = 30, .plot = "1"}});
   stand.other.set("TPA_UNADJ", std::vector<double>{6.018046, 6.018046});
@@ -468,6 +511,19 @@ TEST_CASE("Areas of plots that contradict other columns, stems or the hull are n
   CHECK_FALSE(says(stand_report(square, {.plot_area_m2 = 101.0}).notes, "a smaller area"));
   CHECK(
       says(stand_report(square, {.design = {.plots = plots_of("plot,area\n1,90\n")}}).notes, note));
+  // Twelve trees on a circle of 5 m (hull 75 m2) do not fill a plot of 4000 m2.
+  std::vector<Tree> ring;
+  for (int i = 0; i < 12; ++i) {
+    ring.push_back({.x = 5 * std::cos(i * M_PI / 6), .y = 5 * std::sin(i * M_PI / 6)});
+  }
+  CHECK(says(stand_report(stand_of(ring), {.plot_area_m2 = 4000.0}).notes,
+             "all trees of 1 plot stand on less than a tenth of the area (plot 1: 4000 m2"));
+  CHECK_FALSE(says(stand_report(stand_of(ring), {.plot_area_m2 = 400.0}).notes, "a tenth"));
+  // Two stems of 80 cm have 1 m2, which is 2513 m2/ha on 4 m2.
+  const Inventory dense = without_positions(
+      {{.dbh_cm = 80, .plot = "1"}, {.dbh_cm = 80, .plot = "1"}, {.dbh_cm = 20, .plot = "2"}});
+  CHECK(says(stand_report(dense, {.design = {.plots = plots_of("plot,area\n1,4\n2,400\n")}}).notes,
+             "1 plot has more basal area per hectare than any forest (plot 1: 2513 m2 on 4 m2)"));
 }
 
 TEST_CASE("Trees per acre are recognized by their unit") {
@@ -492,6 +548,10 @@ TEST_CASE("Units in the headers of a table of plots are converted") {
   CHECK(plots_of("plot,plot_size [ft2]\n1,4356\n").plots[0].area_m2 ==
         Approx(4356.0 * 0.3048 * 0.3048).epsilon(1e-13));
   CHECK(plots_of("plot,radius (ft)\n1,24\n").plots[0].radius_m == Approx(7.3152).epsilon(1e-13));
+  CHECK(plots_of("plot,stratum,stratum_area (m2)\n1,A,50000\n").plots[0].stratum_ha ==
+        Approx(5.0).epsilon(1e-14));
+  CHECK(plots_of("plot,stratum,stratum area [km2]\n1,A,0.5\n").plots[0].stratum_ha ==
+        Approx(50.0).epsilon(1e-14));
 }
 
 TEST_CASE("Designs that contradict themselves are refused") {

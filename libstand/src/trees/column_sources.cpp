@@ -63,7 +63,8 @@ std::string in_our_unit(std::string_view name,
   if (unit->meters == ours_m) return column;
   const std::string text = data::Expression::variable(column).text();
   const double divisor = std::round(ours_m / unit->meters);
-  const bool is_decimal_part = unit->name != "in" && unit->name != "ft" && divisor > 1.0;
+  const bool is_metric = unit->name != "in" && unit->name != "ft" && unit->name != "yd";
+  const bool is_decimal_part = is_metric && divisor > 1.0;
   if (is_decimal_part) return fmt::format("{}/{}", text, divisor);
   return fmt::format("{}*{:.6g}", text, unit->meters / ours_m);
 }

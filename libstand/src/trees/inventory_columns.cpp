@@ -49,6 +49,8 @@ class Planner {
   void require(const ColumnPlan& plan, Measure measure) const;
   void require_needed(const ColumnPlan& plan) const;
   double full_circle(const std::string& column, const std::string& position) const;
+  bool is_read_as(std::string_view name, const std::string& column) const;
+  std::optional<std::size_t> genus_field(const ColumnPlan& plan) const;
   void collect_expression_fields(ColumnPlan& plan) const;
   void refuse_unread(const std::string& name) const;
   void collect_others(ColumnPlan& plan) const;
@@ -160,14 +162,29 @@ void Planner::require_needed(const ColumnPlan& plan) const {
   }
 }
 
+/// Whether a column of the file is an azimuth or distance without a formula of the user.
+bool Planner::is_read_as(std::string_view name, const std::string& column) const {
+  const ColumnMapping* const mapping = mapping_to(name, options_.columns);
+  const auto meant = meant_name(column);
+  return mapping != nullptr ? mapping->source == column : meant.has_value() && meant->name == name;
+}
+
+/// Epithets alone do not name species: `glabra` is of many genera.
+std::optional<std::size_t> Planner::genus_field(const ColumnPlan& plan) const {
+  constexpr std::string_view kNames = "genus gattung genre genero gen genusname 属 屬";
+  if (!plan.labels[kSpecies].field) return std::nullopt;
+  for (std::size_t field = 0; field < header_.size(); ++field) {
+    const std::string letters = folded_letters(header_[field]);
+    const bool is_genus = !letters.empty() && has_word(kNames, letters);
+    if (is_genus && field != *plan.labels[kSpecies].field) return field;
+  }
+  return std::nullopt;
+}
+
 /// The highest azimuth of a column that is read as one without a formula of the user; else 0.
 /// \param position  the expression of x, y or z that reads it; pi/200 of gon
 double Planner::full_circle(const std::string& column, const std::string& position) const {
-  const ColumnMapping* const mapping = mapping_to("azimuth", options_.columns);
-  const auto meant = meant_name(column);
-  const bool is_azimuth = mapping != nullptr ? mapping->source == column
-                                             : meant.has_value() && meant->name == "azimuth";
-  if (!is_azimuth) return 0.0;
+  if (!is_read_as("azimuth", column)) return 0.0;
   if (position.find("/200)") != std::string::npos) return 400.0;
   const ColumnMapping source{.name = "azimuth", .source = column};
   return in_our_unit(source, header_, units_).source == column ? 360.0 : 400.0;
@@ -189,7 +206,8 @@ void Planner::collect_expression_fields(ColumnPlan& plan) const {
              .field = *field_named(name),
              .is_text = is_text,
              .is_position = is_position,
-             .full_circle = is_position ? full_circle(name, source.text) : 0.0});
+             .full_circle = is_position ? full_circle(name, source.text) : 0.0,
+             .is_distance = is_position && is_read_as("distance", name)});
       } else if (found->is_text != is_text) {
         throw UsageError(fmt::format("'{}' is used as a number and as text", name),
                          {.file = file_, .column = "`columns`"});
@@ -258,6 +276,7 @@ std::vector<std::size_t> Planner::location_of_visits(
 std::optional<std::size_t> Planner::tally_field(const ColumnPlan& plan) const {
   constexpr std::string_view kNames =
       "n count counts frequency freq ntrees treecount nstems stemcount stems tally anzahl "
+      "trees numtrees numberoftrees nooftrees numberofstems "
       "stuckzahl stammzahl baumzahl nombre effectif nbtiges nbarbres numerodearboles cantidad "
       "quantidade kpl runkoluku antal stamantal liczba pocet aantal adet 株数 株數 本数 "
       "nha nperha treesperha stemsperha";
@@ -313,6 +332,10 @@ ColumnPlan Planner::plan() {
                                place->source.find("ifelse") != std::string::npos;
   plan.location = location_of_visits(plan, known);
   plan.tally_field = tally_field(plan);
+  plan.genus_field = genus_field(plan);
+  const ColumnMapping* const azimuth = mapping_to("azimuth", options_.columns);
+  const bool is_read = plan.measures[kX].expression && azimuth != nullptr;
+  if (is_read) plan.azimuth = mapped(*azimuth).expression;
   plan.usual = std::move(usual_);
   return plan;
 }

@@ -65,6 +65,7 @@ struct ExpressionField {
   bool is_text = false;
   bool is_position = false;  ///< it becomes x, y or z
   double full_circle = 0.0;  ///< of an azimuth: 360, or 400 in gon
+  bool is_distance = false;  ///< from the point of an azimuth
 };
 
 /// The meaning of all columns, determined before the first row is read.
@@ -79,9 +80,11 @@ struct ColumnPlan {
   std::vector<std::size_t> location{};
   std::optional<std::size_t> status_field{};         ///< alive, dead, cut
   std::optional<std::size_t> tally_field{};          ///< that may be the number of trees of a row
+  std::optional<std::size_t> genus_field{};          ///< beside a column of species
   std::vector<std::size_t> remarks{};                ///< fields that may tell it, without a status
   std::vector<std::size_t> filled_down{};            ///< fields of --fill-down
   std::vector<ExpressionField> expression_fields{};  ///< of all measures' expressions
+  std::optional<data::Expression> azimuth{};         ///< if the user computes it
   std::vector<ColumnMapping> others{};               ///< nonstandard columns to keep
   /// Standard columns under other names, and those in other units.
   std::vector<ColumnMapping> usual{};

@@ -68,11 +68,12 @@ void InventoryReader::refuse_plots_without_column() const {
       {.file = result_.inventory.file});
 }
 
-/// Numbers of trees are whole and mostly above 1. Without numbers of the trees themselves, any
-/// other number than 1 is one.
+/// Numbers of trees are whole and mostly above 1, and 0 is one of no tree. Without numbers of the
+/// trees themselves, any other number than 1 is one.
 void InventoryReader::refuse_tally() const {
-  const bool is_tally =
-      plan_.labels[kTree].exists() ? 2 * tally_several_ > tally_rows_ : tally_others_ > 0;
+  const bool is_tally = plan_.labels[kTree].exists()
+                            ? 2 * tally_several_ > tally_rows_ || tally_none_ > 0
+                            : tally_others_ > 0;
   if (!plan_.tally_field || !is_tally) return;
   const std::string& name = csv_.header()[*plan_.tally_field];
   throw InputError(
@@ -83,6 +84,23 @@ void InventoryReader::refuse_tally() const {
                   name,
                   data::Expression::variable(name).text()),
       {.file = file_, .column = name});
+}
+
+/// Trees of several genera would be counted as one species.
+void InventoryReader::refuse_epithets() const {
+  const auto shared = genera_of_species_.first();
+  if (!shared) return;
+  const std::string& genus = csv_.header()[*plan_.genus_field];
+  const std::string& species = plan_.labels[kSpecies].text;
+  throw InputError(
+      fmt::format("'{}' occurs with the genera {} and {}: it is no species alone; join both with "
+                  "`columns=species={} + \" \" + {}`",
+                  shared->label,
+                  shared->first,
+                  shared->other,
+                  data::Expression::variable(genus).text(),
+                  data::Expression::variable(species).text()),
+      {.file = file_, .column = species});
 }
 
 std::vector<std::string> InventoryReader::notes() const {

@@ -114,13 +114,32 @@ double InventoryReader::number_in(std::size_t position,
 void InventoryReader::require_direction(const ExpressionField& source, double value) const {
   if (source.full_circle == 0.0 || std::isnan(value)) return;
   if (value >= 0.0 && value <= source.full_circle) return;
-  throw InputError(fmt::format("the azimuth {0} is not from 0 to {1}; if the column is in gon, use "
-                               "`columns=azimuth={2}*0.9`; leave unknown directions empty, or name "
-                               "their code with `missing`",
+  const std::string column = data::Expression::variable(source.name).text();
+  const std::string unit =
+      value < 0.0 ? fmt::format(
+                        "if the column goes from -180 to 180, use "
+                        "`columns=azimuth=ifelse({0} < 0, {0} + 360, {0})`",
+                        column)
+      : value <= 400.0 ? fmt::format("if it is in gon, use `columns=azimuth={}*0.9`", column)
+                       : fmt::format("if it is in mils, use `columns=azimuth={}*360/6400`", column);
+  throw InputError(fmt::format("the azimuth {} is not from 0 to {}; {}; leave unknown directions "
+                               "empty, or name their code with `missing`",
                                value,
                                source.full_circle,
-                               data::Expression::variable(source.name).text()),
+                               unit),
                    {.file = csv_.file(), .line = csv_.line(), .column = source.name});
+}
+
+/// Declinations and bearings taken backwards add up to half a circle to a direction.
+void InventoryReader::require_computed_directions(const data::Table& table) const {
+  const std::vector<double> values = data::evaluate(*plan_.azimuth, table);
+  for (std::size_t row = 0; row < block_size_; ++row) {
+    if (std::isnan(values[row]) || (values[row] >= -180.0 && values[row] <= 540.0)) continue;
+    throw InputError(fmt::format("the azimuth {} by '{}' is no direction in degrees",
+                                 values[row],
+                                 plan_.azimuth->text()),
+                     {.file = csv_.file(), .line = block_[row].line, .column = "azimuth"});
+  }
 }
 
 /// 0 in a measure that cannot be 0 is a missing-value code.
@@ -157,6 +176,7 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
   for (std::size_t i = 0; i < plan_.unit_fields.size(); ++i) {
     row.units[i] = data::trimmed(fields[plan_.unit_fields[i]]);
   }
+  if (plan_.genus_field) row.genus = data::trimmed(fields[*plan_.genus_field]);
   if (plan_.stem_field) row.stem = data::trimmed(fields[*plan_.stem_field]);
   row.location.clear();
   for (const std::size_t field : plan_.location) {
@@ -168,6 +188,7 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
     ++tally_rows_;
     if (trees != 1.0) ++tally_others_;
     if (trees > 1.0 && trees == std::floor(trees)) ++tally_several_;
+    if (trees == 0.0) ++tally_none_;
   }
   for (std::size_t i = 0; i < plan_.remarks.size(); ++i) {
     remarks_[i].add(data::trimmed(fields[plan_.remarks[i]]));
@@ -186,6 +207,13 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
       double& value = expression_numbers_[i][position];
       value = number_in(source.field, fields[source.field], source.name, source.is_position, row);
       require_direction(source, value);
+      if (source.is_distance && value < 0.0) {
+        throw InputError(
+            fmt::format("the distance {} is negative; leave unknown distances empty, or name their "
+                        "code with `missing`",
+                        value),
+            {.file = csv_.file(), .line = csv_.line(), .column = source.name});
+      }
     } else if (is_missing(data::trimmed(fields[source.field]))) {
       expression_texts_[i].append_missing();
     } else {
@@ -225,6 +253,7 @@ void InventoryReader::evaluate_expressions() {
     const std::vector<double> values = data::evaluate(*plan_.measures[i].expression, table);
     for (std::size_t row = 0; row < block_size_; ++row) block_[row].measures[i] = values[row];
   }
+  if (plan_.azimuth) require_computed_directions(table);
 }
 
 /// Sets the default labels of columns that the file lacks.
@@ -381,6 +410,9 @@ void InventoryReader::append(const InventoryRow& row, TreeStatus status) {
   }
   if (plan_.stem_field) inventory.stem.append(row.stem);
   if (!row.location.empty()) plots_of_locations_.add(row.location, row.labels[kPlot]);
+  if (plan_.genus_field && !is_missing(row.genus) && !is_missing(row.labels[kSpecies])) {
+    genera_of_species_.add(row.labels[kSpecies], row.genus);
+  }
   if (options_.keeps_measurements && plan_.status_field) inventory.status.push_back(status);
   for (std::size_t i = 0; i < row.units.size(); ++i) {
     if (!is_missing(row.units[i])) shared_labels_[i].add(row.labels[kPlot], row.units[i]);
@@ -457,6 +489,7 @@ CheckedInventory InventoryReader::read() {
   }
   require_clear_marks();
   refuse_tally();
+  refuse_epithets();
   if (of_ == BatchOf::kPlots) {
     for (SharedPlotLabels& shared : shared_labels_) shared.finish_plots();
   }

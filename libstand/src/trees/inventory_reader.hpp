@@ -35,6 +35,7 @@ struct InventoryRow {
   std::vector<std::string> units{};  ///< as time, of ColumnPlan::unit_fields
   std::string stem{};                ///< as time
   std::string location{};            ///< of the visits of a plot, in some known tables
+  std::string genus{};               ///< as time
   std::string status{};              ///< as time
   std::string measured_plot{};       ///< with InventoryOptions::period: the plot, without the time
   Measures measures{};
@@ -83,6 +84,7 @@ class InventoryReader {
   void refuse_both_marks(std::string_view text, const std::string& column) const;
   void require_clear_marks() const;
   void require_direction(const ExpressionField& source, double value) const;
+  void require_computed_directions(const data::Table& table) const;
   void find_missing_zeros(Measures& measures);
   void keep_time(const InventoryRow& row);
   bool set_aside_if_dead(const InventoryRow& row, TreeStatus status);
@@ -98,6 +100,7 @@ class InventoryReader {
   std::vector<std::string> sources_of_others() const;
   void read_other_columns();
   void refuse_tally() const;
+  void refuse_epithets() const;
   void count_findings();
   void compare_trees();
   void compare_measurements();
@@ -126,11 +129,13 @@ class InventoryReader {
   TimedTrees skipped_{};                  ///< trees of rows that are not used, likewise
   std::vector<SharedPlotLabels> shared_labels_{};  ///< of ColumnPlan::unit_fields
   SharedPlotLabels plots_of_locations_{};
+  SharedPlotLabels genera_of_species_{};
   RepeatedNumbers repeated_numbers_{};
   OddValues odd_values_{};
   std::size_t tally_rows_ = 0;     ///< with a number in ColumnPlan::tally_field
   std::size_t tally_others_ = 0;   ///< with another number than 1
   std::size_t tally_several_ = 0;  ///< with several trees
+  std::size_t tally_none_ = 0;     ///< with no tree
   std::size_t without_species_ = 0;
   std::size_t without_dbh_ = 0;
   std::size_t crown_base_above_top_ = 0;

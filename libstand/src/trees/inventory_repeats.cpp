@@ -413,6 +413,12 @@ void SharedPlotLabels::finish_plots() {
   }
 }
 
+std::optional<SharedPlotLabels::Example> SharedPlotLabels::first() const {
+  if (shared_.empty()) return std::nullopt;
+  const auto& [label, stands] = *shared_.begin();
+  return Example{.label = label, .first = stands.first, .other = stands.other};
+}
+
 std::string SharedPlotLabels::note_on_visits() const {
   if (shared_.empty()) return {};
   const auto& [place, plots] = *shared_.begin();

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -49,6 +50,12 @@ class SharedPlotLabels {
   /// A note on these plots; empty if there are none.
   /// \param column  that the stands are in
   std::string note(const std::string& column) const;
+  struct Example {
+    std::string label{};
+    std::string first{};  ///< first stand with the label
+    std::string other{};  ///< the next one
+  };
+  std::optional<Example> first() const;
   /// The note if the labels are places, and their "stands" the plots of a visit each.
   std::string note_on_visits() const;
 

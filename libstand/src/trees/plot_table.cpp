@@ -103,8 +103,11 @@ bool is_percent(std::string_view header) { return header.find('%') != std::strin
 std::optional<double> unit_of(const NumberColumn& column, const std::string& header) {
   const HeaderParts parts = header_parts(header);
   const std::string key = folded_letters(parts.name);
-  if (key != column.name && !has_word(column.usual, key)) return std::nullopt;
+  if (key != folded_letters(column.name) && !has_word(column.usual, key)) return std::nullopt;
   if (column.name == "area") return square_meters(parts.other_unit);
+  if (column.name == "stratum_area" && square_meters(parts.other_unit)) {
+    return *square_meters(parts.other_unit) / 1e4;  // hectares
+  }
   if (column.name == "radius" && parts.unit) return parts.unit->meters;
   return std::nullopt;
 }

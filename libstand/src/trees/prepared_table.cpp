@@ -321,6 +321,20 @@ data::Table Preparation::columns_of_condition() const {
   return table;
 }
 
+/// Rows that no comparison holds for, because a value is missing.
+std::size_t rows_without_value(const data::Table& table, const std::vector<std::size_t>& chosen) {
+  std::vector<char> lacks(table.rows(), 0);
+  for (const std::string& name : table.names()) {
+    for (std::size_t row = 0; row < table.rows(); ++row) {
+      const bool is_missing = table.is_numeric(name) ? std::isnan(table.numbers(name)[row])
+                                                     : table.text(name).is_missing(row);
+      if (is_missing) lacks[row] = 1;
+    }
+  }
+  for (const std::size_t row : chosen) lacks[row] = 0;
+  return static_cast<std::size_t>(std::ranges::count(lacks, 1));
+}
+
 /// A condition on trees may take all trees of a plot, which then is in no mean per hectare.
 std::string Preparation::plots_lost(const Text& chosen) const {
   const auto fields = fields_of("plot", header(), wanted_.columns, text_->name);
@@ -369,6 +383,12 @@ void Preparation::choose_rows() {
       is_part_ ? "rows are chosen"
                : fmt::format("{} of {} rows are used", chosen->lines.size(), text_->lines.size());
   notes_.push_back(rows_used + ", by the condition " + wanted_.where + plots_lost(chosen));
+  const std::size_t lacking = rows_without_value(table, satisfying);
+  if (lacking > 0 && !is_part_) {
+    notes_.push_back(fmt::format("{} no value of a column of the condition and {} not used",
+                                 counted(lacking, "row has", "rows have"),
+                                 lacking == 1 ? "is" : "are"));
+  }
   const std::string odd = data::describe_compared_texts(wanted_.where, table);
   if (!odd.empty() && !is_part_) notes_.push_back(odd);
   text_ = std::move(chosen);

@@ -82,7 +82,9 @@ TEST_CASE("codes for missing values do not satisfy a condition") {
   const char* const text = "tree,BHD\n1,-999\n2,0\n3,15\n";
   const PreparedTable prepared = prepared_table(csv(text), {.where = "dbh < 20"});
   CHECK(column(prepared.table, "tree") == std::vector<double>{3});
-  CHECK(prepared.note == "1 of 3 rows are used, by the condition dbh < 20");
+  CHECK(prepared.note ==
+        "1 of 3 rows are used, by the condition dbh < 20; 2 rows have no value of a column of the "
+        "condition and are not used");
 }
 
 TEST_CASE("an inventory has species of joined texts and the first dbh that is present") {

@@ -32,10 +32,27 @@ bool has_needless_decimals(std::string_view label) {
          label.find_first_not_of('0', point + 1) == std::string_view::npos;
 }
 
+/// The text with one sign for all dashes, and with blanks between digits only: `A 1` is `A1`.
+std::string without_signs(std::string text) {
+  for (const std::string_view dash : {"\u2010", "\u2011", "\u2012", "\u2013", "\u2014", "\u2212"}) {
+    for (std::size_t at = text.find(dash); at != std::string::npos; at = text.find(dash, at)) {
+      text.replace(at, dash.size(), "-");
+    }
+  }
+  std::string kept;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const std::size_t next = text.find_first_not_of(' ', i);
+    const bool is_between_digits = !kept.empty() && is_decimal_digit(kept.back()) &&
+                                   next != std::string::npos && is_decimal_digit(text[next]);
+    if (text[i] != ' ' || is_between_digits) kept += text[i];
+  }
+  return kept;
+}
+
 /// The label in lower case, without leading zeros and needless decimals of numbers.
 std::string similarity_key(const std::string& label) {
   std::string key;
-  std::string text = folded(label);
+  std::string text = without_signs(folded(label));
   if (has_needless_decimals(text)) text.resize(text.find('.'));
   for (std::size_t i = 0; i < text.size(); ++i) {
     // Not the decimals of 1.05 or 1,05.

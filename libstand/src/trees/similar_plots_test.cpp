@@ -24,6 +24,8 @@ TEST_CASE("plots whose labels differ in capitals or zeros are named") {
   CHECK_THAT(note_on({"P0x", "p00X"}), Contains("'P0x' and 'p00X';"));
   CHECK_THAT(note_on({"1", "2", "1.0", "2.5"}), Contains("'1' and '1.0';"));
   CHECK_THAT(note_on({"1", "01", "001", "0001", "00001"}), Contains("' and 1 more;"));
+  CHECK_THAT(note_on({"A 1", "A1"}), Contains("'A 1' and 'A1';"));
+  CHECK_THAT(note_on({"A-1", "A\u20131"}), Contains("'A-1' and"));
 }
 
 TEST_CASE("a label that is a code of missing values is named") {
@@ -36,6 +38,7 @@ TEST_CASE("a label that is a code of missing values is named") {
 TEST_CASE("plots with other labels are not") {
   CHECK(note_on({}).empty());
   CHECK(note_on({"1", "10", "100", "2"}).empty());
+  CHECK(note_on({"1 1", "11", "1-1", "A-1", "A1"}).empty());
   CHECK(note_on({"x1.5", "x1.05", "x1.0", "x1.00"}).empty());
   CHECK(note_on({"A1", "B1", "A10", "A", ""}).empty());
 }

@@ -161,14 +161,13 @@ std::span<const double> Judge::values(std::string_view name) const {
 }
 
 bool Judge::is_dbh_wrong() const {
-  constexpr double kThick = 60.0;
   constexpr double kStoutest = 12.0;
   constexpr double kSlenderest = 600.0;
   const auto& [dbh, h, slenderness] = medians_;
   // Giants are tall, too: known heights decide.
   const bool has_heights = h > 0.0 && h < kHeightOfStandMeters;
   const bool is_too_thick =
-      has_heights ? dbh > kThick && slenderness < kStoutest : dbh > kDbhOfStandCentimeters;
+      has_heights ? slenderness > 0.0 && slenderness < kStoutest : dbh > kDbhOfStandCentimeters;
   const bool is_too_thin =
       dbh > 0.0 && dbh < kThin && (h == 0.0 || (has_heights && slenderness > kSlenderest));
   return is_too_thick || is_too_thin;
@@ -203,12 +202,17 @@ std::vector<std::string> Judge::advice_on_trees() const {
   constexpr std::size_t kMost = 3;
   const auto is_converted = [this](std::string_view name, std::string_view conversion) {
     const SizeColumn* const found = column(name);
-    return found != nullptr && unbracketed(found->source).ends_with(conversion);
+    return found != nullptr && !conversion.empty() &&
+           unbracketed(found->source).ends_with(conversion);
   };
   const bool are_converted =
       is_converted("dbh", kDbhInches.conversion) && is_converted("h", kFeet.conversion);
   const auto is_possible = [&](const UnitPair& units) {
     if (units.h.name == kConverted.name && !are_converted) return false;
+    // What is converted already is in another unit than that.
+    if (is_converted("dbh", units.dbh.conversion) || is_converted("h", units.h.conversion)) {
+      return false;
+    }
     return (units.h.name.empty() || medians_.h_m > 0.0) &&
            (units.dbh.name.empty() || medians_.dbh_cm > 0.0);
   };

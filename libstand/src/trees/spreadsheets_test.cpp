@@ -44,7 +44,29 @@ TEST_CASE("units in headers and in a row below them are converted to the standar
                                                       with_columns("dbh=b (mm)"));
   CHECK(mapped.inventory.dbh_cm[0] == 20.3);
   CHECK(has_note(mapped, "dbh is read from column `b (mm)`/10"));
+  // Words in several languages, and remarks beside the unit.
+  for (const char* header : {"DBH (millimeters)",
+                             "\"DBH (mm, over bark)\"",
+                             "dbh (mm) o.b.",
+                             "Diameter (mm) at 1.3 m",
+                             "DBH..mm..over.bark.",
+                             "BHD in Millimeter",
+                             "DAP [milímetros]"}) {
+    INFO(header);
+    CHECK(read_inventory_text(std::string(header) + "\n203\n").inventory.dbh_cm.at(0) == 20.3);
+  }
+  for (const char* header : {"\"DBH (inches, OB)\"", "\"DBH (\"\")\"", "Diameter (inches) at bh"}) {
+    INFO(header);
+    CHECK(read_inventory_text(std::string(header) + "\n10\n").inventory.dbh_cm.at(0) == 25.4);
+  }
+  const Inventory imperial = read_inventory_text("\"DBH (\"\")\",Height (')\n10,60\n").inventory;
+  CHECK(imperial.h_m.at(0) == Approx(60 * 0.3048).epsilon(1e-15));
+  CHECK(read_inventory_text("dbh,height (yd)\n20,20\n").inventory.h_m.at(0) ==
+        Approx(20 * 0.9144).epsilon(1e-15));
+  // Another height is no height of the tree.
+  CHECK(read_inventory_text("dbh,h (m) to crown\n20,12\n").inventory.h_m.empty());
   // The breast height in a header is not a unit.
+  CHECK(read_inventory_text("DBH (4.5 ft)\n20\n").inventory.dbh_cm.at(0) == 20.0);
   CHECK(read_inventory_text("DBH (1.3 m)\n20\n").inventory.dbh_cm[0] == 20.0);
   CHECK(read_inventory_text("d1.3 (mm)\n203\n").inventory.dbh_cm[0] == 20.3);
   // An expression is not converted.
@@ -78,6 +100,15 @@ TEST_CASE("positions are made of azimuth and distance") {
         Approx(10.0).margin(kRounding));
   CHECK_THROWS_WITH(read_inventory_text("dbh,azimuth,distance\n20,90,10\n20,390,5\n"),
                     Contains(":3") && Contains("azimuth=azimuth*0.9"));
+  CHECK_THROWS_WITH(read_inventory_text("dbh,azimuth,distance\n20,90,10\n20,-90,5\n"),
+                    Contains("`columns=azimuth=ifelse(azimuth < 0, azimuth + 360, azimuth)`"));
+  CHECK_THROWS_WITH(read_inventory_text("dbh,azimuth,distance\n20,90,10\n20,6390,5\n"),
+                    Contains("azimuth=azimuth*360/6400"));
+  CHECK_THROWS_WITH(read_inventory_text("dbh,azimuth,distance\n20,90,10\n20,90,-1\n"),
+                    Contains("the distance -1 is negative"));
+  CHECK_THROWS_WITH(read_inventory_text("dbh,azimuth,distance\n20,90,10\n20,6390,5\n",
+                                        with_columns("azimuth=azimuth*0.9")),
+                    Contains(":3") && Contains("the azimuth 5751"));
   CHECK_THROWS_WITH(read_inventory_text("dbh,richtung\n20,90\n", with_columns("azimuth=richtung")),
                     Contains("name the distance with `columns=distance=COLUMN`"));
 }
@@ -274,6 +305,22 @@ TEST_CASE("FIA's table TREE is read with its units, places and labels") {
   CHECK(visits.inventory.plot[0] == "44-1-7-113");
   CHECK(visits.inventory.plot[visits.inventory.size() - 1] == "44-1-7-113");
   CHECK(visits.inventory.time[0] == "2004");
+}
+
+TEST_CASE("epithets of several genera are no species, and rows of no tree are no trees") {
+  const std::string text =
+      "plot,tree,genus,species,dbh\n1,1,Licania,alba,20\n1,2,Swartzia,alba,30\n";
+  CHECK_THROWS_WITH(read_inventory_text(text),
+                    Contains("'alba' occurs with the genera Licania and Swartzia") &&
+                        Contains("`columns=species=genus + \" \" + species`"));
+  const auto joined = read_inventory_text(text, with_columns("species=genus + \" \" + species"));
+  CHECK(joined.inventory.species.levels() ==
+        std::vector<std::string>{"Licania alba", "Swartzia alba"});
+  CHECK(read_inventory_text("plot,tree,genus,species,dbh\n1,1,Licania,alba,20\n1,2,Swartzia,"
+                            "benthamii,30\n")
+            .inventory.size() == 2);
+  CHECK_THROWS_WITH(read_inventory_text("plot,tree,count,dbh\n1,1,1,20\n1,2,0,30\n"),
+                    Contains("count may be the number of trees"));
 }
 
 TEST_CASE("labels are joined of several columns") {

@@ -47,7 +47,22 @@ std::optional<std::string> column_read_as(const std::string& name,
   const ColumnMapping* const mapping = mapping_to(name, mapped);
   if (mapping != nullptr && !field_named(mapping->source, header)) return std::nullopt;
   const std::vector<std::size_t> fields = fields_of(name, header, mapped, file);
-  return fields.size() == 1 ? std::optional(header[fields.front()]) : std::nullopt;
+  if (fields.size() == 1) return header[fields.front()];
+  // Circumferences are converted.
+  const auto circumference = std::ranges::find_if(header, [&name](const std::string& column) {
+    const auto meant = meant_name(column);
+    return meant && meant->name == name && meant->fit == NameFit::kConverted;
+  });
+  const bool is_read = circumference != header.end() && mapping == nullptr;
+  return is_read ? std::optional(*circumference) : std::nullopt;
+}
+
+/// The column as an expression for a standard column.
+std::string expression_of(const std::string& column, const std::string& like) {
+  const auto meant = meant_name(like);
+  const bool is_converted = meant && meant->fit == NameFit::kConverted;
+  return data::Expression::variable(column).text() +
+         (is_converted ? std::string(meant->conversion) : std::string());
 }
 
 /// Radii between the four directions, named as the one to the north is.
@@ -107,7 +122,13 @@ std::string describe_unread_columns(const Names& header,
                     name,
                     *read,
                     data::list_of(further),
-                    data::Expression::variable(further.back()).text()));
+                    expression_of(further.back(), *read)));
+    if (name != "dbh") continue;
+    notes.back() += fmt::format(
+        "; if it is another stem of the tree, `columns=dbh=sqrt(({})^2 + ({})^2)` has the basal "
+        "area of both",
+        expression_of(*read, *read),
+        expression_of(further.front(), *read));
   }
   if (const auto north = column_read_as("cr_n", header, mapped, file)) {
     Names between = radii_between(header, *north);

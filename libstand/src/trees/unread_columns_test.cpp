@@ -14,8 +14,13 @@ TEST_CASE("Columns with the name of one that is read and a number are named") {
   CHECK(
       unread({"plot", "dbh", "dbh2", "h", "DBH 2022 (cm)", "H_1"}) ==
       "dbh is read from dbh, not from dbh2, DBH 2022 (cm); if that is another visit, read it with "
-      "`columns=dbh=`DBH 2022 (cm)``; h is read from h, not from H_1; if that is another visit, "
-      "read it with `columns=h=H_1`");
+      "`columns=dbh=`DBH 2022 (cm)``; if it is another stem of the tree, "
+      "`columns=dbh=sqrt((dbh)^2 + (dbh2)^2)` has the basal area of both; h is read from h, not "
+      "from H_1; if that is another visit, read it with `columns=h=H_1`");
+  // Circumferences.
+  CHECK_THAT(unread({"plot", "CAP", "CAP2"}),
+             Catch::Matchers::Contains("dbh is read from CAP, not from CAP2") &&
+                 Catch::Matchers::Contains("`columns=dbh=sqrt((CAP/pi)^2 + (CAP2/pi)^2)`"));
   // Names of heights of measurement, and columns that the user reads.
   CHECK(unread({"plot", "DBH130", "h"}).empty());
   CHECK(unread({"dbh", "dbh2", "h"}, {{.name = "d2", .source = "dbh2"}}).empty());

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <vector>
 
 #include "silvafit/base/words.hpp"
 #include "silvafit/data/csv.hpp"
@@ -14,54 +15,111 @@
 namespace silvafit::stand {
 namespace {
 
-constexpr std::array<LengthUnit, 6> kUnits{
-    {{"mm", 0.001}, {"cm", 0.01}, {"dm", 0.1}, {"m", 1.0}, {"in", 0.0254}, {"ft", 0.3048}}};
-
-struct UnitWord {
-  std::string_view word{};
-  std::string_view unit{};
+struct UnitWords {
+  LengthUnit unit{};
+  std::string_view words{};  ///< in lower case and without accents
 };
-constexpr std::array<UnitWord, 16> kUnitWords{{{"inch", "in"},
-                                               {"inches", "in"},
-                                               {"zoll", "in"},
-                                               {"\"", "in"},
-                                               {"feet", "ft"},
-                                               {"foot", "ft"},
-                                               {"meter", "m"},
-                                               {"meters", "m"},
-                                               {"metre", "m"},
-                                               {"metres", "m"},
-                                               {"米", "m"},
-                                               {"厘米", "cm"},
-                                               {"公分", "cm"},
-                                               {"毫米", "mm"},
-                                               {"millimeter", "mm"},
-                                               {"centimeter", "cm"}}};
+constexpr std::array<UnitWords, 7> kUnits{
+    {{{"mm", 0.001},
+      "mm millimeter millimeters millimetre millimetres milimetro milimetros millimetri 毫米"},
+     {{"cm", 0.01},
+      "cm centimeter centimeters centimetre centimetres zentimeter centimetro centimetros "
+      "centimetri 厘米 公分"},
+     {{"dm", 0.1}, "dm decimeter decimeters decimetre decimetres dezimeter decimetro decimetros"},
+     {{"m", 1.0}, "m meter meters metre metres metro metros metri 米 公尺"},
+     {{"in", 0.0254},
+      "in inch inches zoll pouce pouces pulgada pulgadas polegada polegadas \" ″ ”"},
+     {{"ft", 0.3048}, "ft foot feet fuss pied pieds ' ′ ’"},
+     {{"yd", 0.9144}, "yd yard yards"}}};
 
 bool is_separator(char c) {
   return c == ' ' || c == '_' || c == '.' || c == '/' || c == ',' || c == '-' || c == '(' ||
          c == '[' || c == ')' || c == ']' || c == ':' || c == ';' || c == '`';
 }
 
-/// Where a Latin word at the end of a text begins.
-std::size_t last_word(std::string_view text) {
-  std::size_t begin = text.size();
-  while (begin > 0 && !is_separator(text[begin - 1])) --begin;
-  return begin;
+/// A word of a header, between separators.
+struct HeaderWord {
+  std::size_t begin = 0;
+  std::size_t end = 0;
+  bool is_in_brackets = false;
+};
+
+std::vector<HeaderWord> words_in(std::string_view text) {
+  std::vector<HeaderWord> words;
+  bool is_open = false;
+  for (std::size_t i = 0; i < text.size();) {
+    if (is_separator(text[i])) {
+      is_open = text[i] == '(' || text[i] == '[' || (is_open && text[i] != ')' && text[i] != ']');
+      ++i;
+      continue;
+    }
+    const std::size_t begin = i;
+    while (i < text.size() && !is_separator(text[i])) ++i;
+    words.push_back({begin, i, is_open});
+  }
+  return words;
 }
 
-/// Whether a text ends with a number, as in `DBH (1.3 m)`: a height instead of a unit.
+std::string trimmed_of_separators(std::string_view text) {
+  while (!text.empty() && is_separator(text.back())) text.remove_suffix(1);
+  while (!text.empty() && is_separator(text.front())) text.remove_prefix(1);
+  return std::string(text);
+}
+
+/// Whether a text ends with the height at which diameters are measured, as in `DBH (1.3 m)` and
+/// `at 4.5 ft`.
 bool ends_with_height(std::string_view text) {
+  constexpr double kHighest = 10.0;
+  text = data::trimmed(text);
   const std::size_t blank = text.find_last_of(" _([");
   const std::string_view word = text.substr(blank == std::string_view::npos ? 0 : blank + 1);
-  double ignored = 0.0;
-  return data::parse_number(word, ignored);
+  double height = 0.0;
+  return data::parse_number(word, height) && height < kHighest;
 }
 
 /// Units that no measure has.
 bool is_other_unit(std::string_view text) {
   constexpr std::string_view kOthers = "% ° deg degree degrees grad gon gons m3 m³ years";
   return has_word(kOthers, text) || square_meters(text).has_value();
+}
+
+/// The word of a header that is its unit: one in brackets, else the last word, else a word that can
+/// be nothing else. The first word is the name.
+std::optional<HeaderWord> unit_word(std::string_view text) {
+  constexpr std::size_t kLong = 5;
+  const std::vector<HeaderWord> words = words_in(text);
+  std::optional<HeaderWord> last;
+  std::optional<HeaderWord> clear;
+  for (std::size_t i = 1; i < words.size(); ++i) {
+    const HeaderWord& word = words[i];
+    const std::string_view own = text.substr(word.begin, word.end - word.begin);
+    const bool is_last = i + 1 == words.size();
+    const std::optional<LengthUnit> unit = unit_of_length(own);
+    if (!unit && !is_other_unit(own)) continue;
+    const bool can_be_height = unit && (unit->name == "m" || unit->name == "ft");
+    if (can_be_height && ends_with_height(text.substr(0, word.begin))) continue;
+    // "BHD in cm"
+    const bool ends_bracket = is_last || !words[i + 1].is_in_brackets;
+    if (own == "in" && !is_last && !(word.is_in_brackets && ends_bracket)) continue;
+    if (word.is_in_brackets) return word;
+    if (is_last) last = word;
+    const bool is_clear =
+        unit && (own.size() >= kLong || own == "mm" || own == "cm" || own == "dm");
+    if (is_clear && !clear) clear = word;
+  }
+  return last ? last : clear;
+}
+
+/// What a header may have behind its unit without meaning another measure: a year, the bark that
+/// diameters usually include, and breast height.
+bool is_usual_remark(std::string_view text) {
+  constexpr std::string_view kRemarks =
+      "ob overbark outsidebark withbark mitrinde mr concorteza comcasca surecorce atbh "
+      "atbreastheight breastheight bh at13 at13m 13m at45ft 45ft at137m 137m dbh";
+  const std::string letters = folded_letters(text);
+  const bool is_year =
+      letters.size() == 4 && letters.find_first_not_of("0123456789") == std::string::npos;
+  return is_year || has_word(kRemarks, letters);
 }
 
 /// The name without a remark in brackets at its end: `Höhe (gemessen)`.
@@ -93,6 +151,7 @@ std::optional<MeantName> look_up(const std::string& key) {
 std::optional<double> square_meters(std::string_view unit) {
   if (has_word("m2 m² qm sqm", unit)) return 1.0;
   if (unit == "ha") return 1e4;
+  if (has_word("km2 km²", unit)) return 1e6;
   if (has_word("ac acre acres", unit)) return kSquareMetersPerAcre;
   if (has_word("ft2 ft² sqft", unit)) return 0.3048 * 0.3048;
   return std::nullopt;
@@ -113,27 +172,26 @@ HeaderParts header_parts(std::string_view header) {
   std::string text = folded(header);
   // R replaces signs by dots, so that "DBH (cm)" becomes "DBH..cm.".
   while (!text.empty() && is_separator(text.back())) text.pop_back();
-  const std::size_t begin = last_word(text);
-  const std::string word = text.substr(begin);
   HeaderParts parts{.name = text};
-  if (begin == 0) return parts;
-  parts.unit = unit_of_length(word);
-  if (!parts.unit && is_other_unit(word)) parts.other_unit = word;
-  if (!parts.unit && parts.other_unit.empty()) return parts;
-  text.resize(begin);
-  while (!text.empty() && is_separator(text.back())) text.pop_back();
-  if (text.ends_with(" in")) text.resize(text.size() - 3);
-  if (parts.unit && parts.unit->name == "m" && ends_with_height(text)) parts.unit.reset();
-  parts.name = text;
+  const std::optional<HeaderWord> word = unit_word(text);
+  if (!word) return parts;
+  const std::string unit = text.substr(word->begin, word->end - word->begin);
+  parts.unit = unit_of_length(unit);
+  if (!parts.unit) parts.other_unit = unit;
+  parts.name = trimmed_of_separators(std::string_view(text).substr(0, word->begin));
+  if (parts.name.ends_with(" in")) parts.name.resize(parts.name.size() - 3);
+  std::size_t end = word->end;
+  if (word->is_in_brackets) end = std::min(text.find_first_of(")]", end), text.size());
+  const std::string rest = trimmed_of_separators(std::string_view(text).substr(end));
+  if (!rest.empty() && !is_usual_remark(rest)) parts.name += " " + rest;
   return parts;
 }
 
 std::optional<LengthUnit> unit_of_length(std::string_view text) {
-  std::string name = folded(text);
-  const auto word = std::ranges::find(kUnitWords, name, &UnitWord::word);
-  if (word != kUnitWords.end()) name = word->unit;
-  const auto unit = std::ranges::find(kUnits, name, &LengthUnit::name);
-  return unit == kUnits.end() ? std::nullopt : std::optional(*unit);
+  const std::string word = folded(text);
+  const auto unit = std::ranges::find_if(
+      kUnits, [&word](const UnitWords& known) { return has_word(known.words, word); });
+  return word.empty() || unit == kUnits.end() ? std::nullopt : std::optional(unit->unit);
 }
 
 std::optional<LengthUnit> unit_in_header(std::string_view header) {

@@ -24,7 +24,7 @@ std::optional<MeantName> meant_name(std::string_view header);
 
 /// A unit of length.
 struct LengthUnit {
-  std::string_view name{};  ///< mm, cm, dm, m, in or ft
+  std::string_view name{};  ///< mm, cm, dm, m, in, ft or yd
   double meters = 1.0;
 };
 

@@ -202,6 +202,25 @@ class Predictor {
     store(fit, rows, prediction, result);
     flag_spread(fit, rows, prediction);
     if (by_group) flag_groups(fit, part, rows, prediction);
+    if (is_calibrated() && by_group) flag_unused(fit, part, rows, prediction);
+  }
+
+  /// A plot whose label is in the fit is taken as the plot of the fit.
+  void flag_unused(const fit::FittedModel& fit,
+                   const data::Table& part,
+                   const std::vector<std::size_t>& rows,
+                   const fit::Prediction& prediction) {
+    const std::string& response = fit.specification.formula.left;
+    if (!part.has(response) || prediction.calibrated_from.empty()) return;
+    const auto measured = part.numbers(response);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const bool is_fitted = static_cast<double>(prediction.calibrated_from[i]) == kFittedEffects;
+      if (!is_fitted || std::isnan(measured[i])) continue;
+      flag(rows[i],
+           fmt::format("measured {} not used: {} is in the fit",
+                       response,
+                       fit.specification.random.back().group));
+    }
   }
 
   void unify_groups(const fit::FittedModel& fit, data::Table& part) {

@@ -121,6 +121,17 @@ std::vector<std::string> columns_of(const StandOptions& options) {
   return columns;
 }
 
+/// Volumes and weights are not negative, so that -1 beside them is a code, too.
+void refuse_lone_minus_one(std::span<const double> values, Place place) {
+  const auto is_negative = [](double value) { return value < 0.0; };
+  const auto count = std::ranges::count(values, -1.0);
+  if (count == 0 || std::ranges::count_if(values, is_negative) != count) return;
+  throw InputError(fmt::format("the value -1 in {} may be a code of missing values: if it is, use "
+                               "`missing=-1`; if it is a measurement, use `trust_units=true`",
+                               counted(static_cast<std::size_t>(count), "row", "rows")),
+                   std::move(place));
+}
+
 /// Adds columns of the file as quantities.
 /// \throws InputError if one is not a column of numbers, or has what may be a code
 void add_totals(const StandOptions& options, stand::Inventory& inventory) {
@@ -135,7 +146,9 @@ void add_totals(const StandOptions& options, stand::Inventory& inventory) {
     }
     const auto values = source.numbers(column);
     if (!options.reading.trust_units) {
-      data::refuse_possible_code(values, {.file = inventory.file, .column = column});
+      const Place place{.file = inventory.file, .column = column};
+      data::refuse_possible_code(values, place);
+      refuse_lone_minus_one(values, place);
     }
     inventory.quantities.push_back({.name = column, .values = {values.begin(), values.end()}});
   }

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <utility>
 
+#include "silvafit/data/checked_columns.hpp"
 #include "silvafit/data/expression.hpp"
 
 namespace silvafit::study {
@@ -25,6 +26,7 @@ void check_units_of(const TableSizes& sizes, const data::Table& table) {
 
 TableSizes sizes_in(const data::Table& table,
                     const std::vector<stand::ColumnMapping>& mapped,
+                    const std::vector<stand::ColumnMapping>& usual,
                     bool is_computed) {
   const auto numbers_of = [&](std::string_view name) -> std::optional<std::vector<double>> {
     const stand::ColumnMapping* const mapping = stand::mapping_to(name, mapped);
@@ -41,7 +43,8 @@ TableSizes sizes_in(const data::Table& table,
     if (!column.is_measure() || column.is_position()) continue;
     auto numbers = numbers_of(column.name);
     if (!numbers) continue;
-    const stand::ColumnMapping* const mapping = stand::mapping_to(column.name, mapped);
+    const stand::ColumnMapping* mapping = stand::mapping_to(column.name, mapped);
+    if (mapping == nullptr) mapping = stand::mapping_to(column.name, usual);
     std::string source(column.name);
     if (mapping != nullptr) {
       const bool is_column = data::Expression::variable(mapping->source).text() == mapping->source;
@@ -67,6 +70,6 @@ void check_sizes(const data::Table& table,
   for (std::string& text : state.odd_values.notes()) notes.push_back(std::move(text));
 }
 
-void check_units(const data::Table& table) { check_units_of(sizes_in(table, {}, true), table); }
+void check_units(const data::Table& table) { check_units_of(sizes_in(table, {}, {}, true), table); }
 
 }  // namespace silvafit::study

@@ -20,10 +20,12 @@ struct TableSizes {
 
 /// The sizes of trees in a table; none without dbh: only tables with dbh are of trees for certain,
 /// and `h` may be anything in others.
-/// \param mapped       from the columns of the table
+/// \param mapped       by the user, from the columns of the table
+/// \param usual        columns that the table has under our names, too, for messages
 /// \param is_computed  whether the table has the mapped columns, by our names
 TableSizes sizes_in(const data::Table& table,
                     const std::vector<stand::ColumnMapping>& mapped,
+                    const std::vector<stand::ColumnMapping>& usual,
                     bool is_computed);
 
 /// Checks a table, or one part of it after another. Units are those of the first part, and odd

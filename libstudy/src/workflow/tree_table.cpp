@@ -70,6 +70,7 @@ class TableReader {
 
   struct Result : ObservedTable {
     Mappings mapped{};  ///< columns in other units are expressions
+    Mappings usual{};   ///< columns that were added under our names
   };
   Result read();
 
@@ -398,6 +399,7 @@ TableReader::Result TableReader::read() {
   data::take_missing_codes(result_.table, state_.codes);
   note(state_.codes.note());
   for (const stand::ColumnMapping& column : usual_) add_column(column);
+  result_.usual = usual_;
   for (const Mappings* const mappings : {&usual_, &result_.mapped}) {
     for (const auto& [name, source] : *mappings) {
       if (contains(reader_.header(), source)) result_.columns.emplace(name, source);
@@ -454,7 +456,7 @@ ReadTable read_tree_table(const data::TableSource& source,
   for (const stand::ColumnMapping& mapping : result.mapped) columns[mapping.name] = mapping.source;
   ReadingState own;
   check_sizes(result.table,
-              sizes_in(result.table, result.mapped, false),
+              sizes_in(result.table, result.mapped, result.usual, false),
               settings.trust_units,
               state == nullptr ? own : *state,
               result.recognized);
@@ -476,7 +478,7 @@ ObservedTable read_model_table(const data::TableSource& source,
   for (const std::string& text : computed) ++state.computed[text];
   for (const auto& [text, parts] : state.computed) result.recognized.push_back(text);
   check_sizes(result.table,
-              sizes_in(result.table, result.mapped, true),
+              sizes_in(result.table, result.mapped, result.usual, true),
               settings.trust_units,
               state,
               result.recognized);

@@ -23,6 +23,9 @@ struct MarkedNumber {
 struct DecimalMarks {
   MarkedNumber point{};
   MarkedNumber comma{};
+  MarkedNumber whole{};  ///< above 0 and below 1000, without a mark
+  /// Whole numbers of four and more digits have no separators.
+  bool has_long_numbers = false;
 
   /// Takes a field that was read as a number.
   void add(std::string_view number, std::size_t line);
@@ -35,8 +38,9 @@ void require_one_mark(const DecimalMarks& marks,
                       const std::string& file,
                       const std::string& column);
 
-/// Refuses mixed marks in each column, and columns such as 1.234, 2.345 if another column has
-/// numbers such as 12,5: the points may separate thousands.
+/// Refuses mixed marks in each column, and columns such as 1.234, 2.345 whose points may separate
+/// thousands: if another column has numbers such as 12,5, or if the column also has whole numbers,
+/// all below 1000: of numbers with three decimals, few would be written without them.
 /// \param columns  those that were read as numbers, by position
 /// \throws InputError at the first such number
 void require_clear_marks(const std::vector<DecimalMarks>& marks,

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+// Areas of plots by the table of plots.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <string>
+
+#include "silvafit/stand/plot_table.hpp"
+
+namespace silvafit::stand {
+
+/// Basal area per hectare that no forest has [m2]; the densest known ones have about 450.
+inline constexpr double kImpossibleBasalArea = 1000.0;
+
+inline double circle_area_m2(double radius_m) { return std::numbers::pi * radius_m * radius_m; }
+
+/// Whether two areas are equal but for rounding: a radius from 2 m on, written with one decimal, is
+/// within 2.5 % of the exact one, and its area within 5 %.
+inline bool is_same_area(double left_m2, double right_m2) {
+  constexpr double kRounded = 0.05;
+  return std::abs(left_m2 - right_m2) <= kRounded * right_m2;
+}
+
+/// The area of a whole plot by its area, radius or expansion factor; NaN if it has none.
+/// \throws InputError if these do not agree
+double recorded_area_m2(const PlotRecord& record, std::size_t subplots, const std::string& file);
+
+}  // namespace silvafit::stand
