@@ -5,6 +5,7 @@
 #include <string_view>
 #include <utility>
 
+#include "silvafit/data/checked_columns.hpp"
 #include "silvafit/data/expression.hpp"
 
 namespace silvafit::study {
