@@ -85,17 +85,44 @@ class Workbooks(ProgramTest):
         units, _ = self.indices(self.workbook("a.xlsx", [("Trees", rows)]))
         self.assertEqual(sorted({row["plot"] for row in units}), ["0.3", "007", "1.1", "3"])
 
-    def test_formulas_without_values_and_dates_among_numbers(self):
+    def test_formulas_without_values(self):
         rows = self.rows()
         for i, row in enumerate(rows[1:], start=2):
             row[7] = f"=G{i}/2"
+        _, said = self.indices(self.workbook("a.xlsx", [("Trees", rows)]), status=3)
+        self.assertIn("a.xlsx (sheet Trees):2: 48 cells have formulas without a stored value (first: H2); open the workbook "
+                      "in Excel or LibreOffice", said)
+
+    def test_dates_among_numbers(self):
+        rows = self.rows()
         rows[4][5] = 33.5
-        book = self.workbook("a.xlsx", [("Trees", rows)], dates=["F5"])
-        units, said = self.indices(book)
-        self.assertIn("note: a.xlsx (sheet Trees): 48 formulas are without a stored value (first: H2) and treated as "
-                      "missing; open the workbook in a spreadsheet program and save it", said)
+        units, said = self.indices(self.workbook("a.xlsx", [("Trees", rows)], dates=["F5"]))
         self.assertIn("in column F, 1 number is formatted as dates (first: F5) and cannot be read", said)
         self.assertEqual(len(units), TREES - 1)
+
+    def test_logical_values_among_numbers(self):
+        rows = self.rows()
+        rows[4][5] = True
+        units, said = self.indices(self.workbook("a.xlsx", [("Trees", rows)]))
+        self.assertIn("'TRUE' is not a number", said)
+        self.assertEqual(len(units), TREES - 1)
+
+    def test_damaged_elements(self):
+        book = self.workbook("a.xlsx", [("Trees", self.rows())])
+        part = "xl/worksheets/sheet1.xml"
+        with zipfile.ZipFile(self.folder / book) as file:
+            parts = {name: file.read(name) for name in file.namelist()}
+        for name, begin, end in (("raw", b'<row r="5"', b"</row>"), ("k", b'<c r="F5"', b"</c>"), ("w", b"<v>", b"</v>")):
+            with self.subTest(name):
+                before, after = parts[part].split(begin, 1)
+                tag = name.encode()
+                rest = begin[begin.find(b" "):] if b" " in begin else b">"
+                after = after.replace(end, b"</" + tag + b">", 1)
+                with zipfile.ZipFile(self.folder / "b.xlsx", "w") as file:
+                    for other, text in parts.items():
+                        file.writestr(other, before + b"<" + tag + rest + after if other == part else text)
+                _, said = self.indices("b.xlsx", status=3)
+                self.assertIn(f"has an unknown element '{name}' after the cell", said)
 
     def test_other_commands(self):
         book = self.workbook("a.xlsx", [("Trees", self.rows())])

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <filesystem>
 #include <optional>
 #include <utility>
 
+#include "silvafit/base/words.hpp"
 #include "silvafit/data/csv.hpp"
 #include "workbook/excel_formats.hpp"
 #include "workbook/sheets.hpp"
@@ -199,6 +201,7 @@ class SheetReader : public XmlHandler {
   }
 
  private:
+  void require_known(const XmlTag& tag) const;
   void begin_row(const XmlTag& tag);
   void begin_cell(const XmlTag& tag);
   void end_cell();
@@ -232,7 +235,26 @@ class SheetReader : public XmlHandler {
   StringCollector string_{};
 };
 
+/// The elements of the parts of a sheet by ECMA-376, 18.3.1; another one is the rest of a damaged
+/// name, and with it a row or cell would be lost.
+void SheetReader::require_known(const XmlTag& tag) const {
+  struct Content {
+    std::string_view element{};
+    std::string_view holds{};
+  };
+  static constexpr std::array<Content, 3> kContents{
+      {{"sheetData", "row"}, {"row", "c extLst"}, {"c", "f v is extLst"}}};
+  const auto* const content = std::ranges::find(kContents, tag.parent, &Content::element);
+  if (content == kContents.end() || has_word(content->holds, tag.name)) return;
+  archive_.refuse(fmt::format(
+      "{} has an unknown element '{}' after the cell {}",
+      part_,
+      tag.name,
+      name_of_cell(std::max<std::size_t>(row_, 1), std::max<std::size_t>(column_, 1) - 1)));
+}
+
 void SheetReader::begin(const XmlTag& tag) {
+  require_known(tag);
   if (tag.name == "sheetData") has_data_ = true;
   if (tag.name == "row" && tag.parent == "sheetData") return begin_row(tag);
   if (tag.name == "c" && tag.parent == "row") return begin_cell(tag);
@@ -312,7 +334,7 @@ void SheetReader::end_cell() {
   }
   if (type_ == "b") {
     if (value_ != "0" && value_ != "1") refuse("has a logical value that is neither 0 nor 1");
-    return add(value_, CellKind::kNumber);
+    return add(value_, CellKind::kLogical);
   }
   if (type_ == "e") return add(value_, CellKind::kError);
   if (type_ == "d") return add(value_, CellKind::kDate);

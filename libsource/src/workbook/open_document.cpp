@@ -85,6 +85,14 @@ class DocumentReader : public XmlHandler {
                                 what));
   }
 
+  [[noreturn]] void refuse_unknown(std::string_view element) const {
+    archive_.refuse(fmt::format("the sheet '{}' in {} has an unknown element '{}' after row {}",
+                                sheets.back().name,
+                                kContent,
+                                element,
+                                row_));
+  }
+
   const Archive& archive_;
   const std::string& wanted_;
   SheetBudget& budget_;
@@ -120,8 +128,11 @@ void DocumentReader::begin(const XmlTag& tag) {
   // Tables elsewhere are copies of linked files.
   if (tag.name == "table" && tag.parent == "spreadsheet") return begin_sheet(tag);
   if (!is_sheet_) return;
-  if (tag.name == "table-row") begin_row(tag);
-  if (is_row_ && (tag.name == "table-cell" || tag.name == "covered-table-cell")) begin_cell(tag);
+  if (tag.name == "table-row") return begin_row(tag);
+  const bool is_cell = tag.name == "table-cell" || tag.name == "covered-table-cell";
+  // A damaged name would lose a row or a cell.
+  if (is_row_ != is_cell) refuse_unknown(is_row_ ? tag.name : tag.parent);
+  if (is_cell) begin_cell(tag);
 }
 
 void DocumentReader::end(std::string_view name) {
@@ -212,7 +223,7 @@ void DocumentReader::end_cell() {
     add_number();
   } else if (type_ == "boolean") {
     if (value_ != "true" && value_ != "false") refuse("has a logical value that cannot be read");
-    add(CellKind::kNumber, value_ == "true" ? "1" : "0");
+    add(CellKind::kLogical, value_ == "true" ? "1" : "0");
   } else if (type_ == "date") {
     add(CellKind::kDate, value_);
   } else if (type_ == "time") {

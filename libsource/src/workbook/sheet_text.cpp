@@ -92,6 +92,7 @@ void SheetText::add(std::size_t row, std::size_t column, std::string_view text, 
   cells_.push_back({.row = static_cast<std::uint32_t>(row),
                     .column = static_cast<std::uint32_t>(column),
                     .end = texts_.size()});
+  if (kind == CellKind::kLogical) logical_cells_.push_back(cells_.size() - 1);
   ++columns_[column].cells;
 }
 
@@ -103,7 +104,10 @@ void SheetText::count(std::size_t row, std::size_t column, std::string_view text
     case CellKind::kDate:
       return own.dates.add(row, column);
     case CellKind::kMissingFormula:
+      if (formulas_.count == 0) first_formula_row_ = row;
       return formulas_.add(row, column);
+    case CellKind::kLogical:
+      return;
     case CellKind::kError:
       // Spreadsheets have this one for values that are not available.
       if (text == "#N/A") return;
@@ -119,11 +123,19 @@ void SheetText::count(std::size_t row, std::size_t column, std::string_view text
       break;
   }
   ++own.numbers;
+  if (own.cells > 0 && text != "0" && text != "1") ++own.measures;
 }
 
 std::string_view SheetText::text_of(std::size_t cell) const {
   const std::size_t begin = cell == 0 ? 0 : cells_[cell - 1].end;
   return std::string_view(texts_).substr(begin, cells_[cell].end - begin);
+}
+
+/// TRUE in a column of diameters is not 1 cm.
+std::string_view SheetText::shown_text(std::size_t cell, bool is_logical) const {
+  const std::string_view text = text_of(cell);
+  if (!is_logical || columns_[cells_[cell].column].measures == 0) return text;
+  return text == "1" ? "TRUE" : "FALSE";
 }
 
 /// Up to the last one with content.
@@ -170,12 +182,31 @@ void SheetText::require_near_cells() const {
       {.file = place_});
 }
 
+/// Programs that do not compute, such as Python's openpyxl, write formulas alone. Without their
+/// values, columns such as a status would be empty, which means alive.
+void SheetText::require_values() const {
+  if (formulas_.count == 0) return;
+  throw InputError(
+      fmt::format("{} without a stored value (first: {}); open the workbook in Excel or "
+                  "LibreOffice, which compute it, and save it there",
+                  counted(formulas_.count, "cell has a formula", "cells have formulas"),
+                  formulas_.first),
+      {.file = place_, .line = first_formula_row_});
+}
+
 std::shared_ptr<const data::TableText> SheetText::text() const {
+  require_values();
   require_near_cells();
   std::string text;
   const std::size_t columns = used_columns();
   text.reserve(texts_.size() + rows_ * columns);
   std::size_t line = 1;
+  auto logical = logical_cells_.begin();
+  const auto next_text = [&](std::size_t cell) {
+    const bool is_logical = logical != logical_cells_.end() && *logical == cell;
+    if (is_logical) ++logical;
+    return shown_text(cell, is_logical);
+  };
   for (std::size_t i = 0; i < cells_.size();) {
     const std::size_t row = cells_[i].row;
     text.append(row - line, '\n');
@@ -183,7 +214,7 @@ std::shared_ptr<const data::TableText> SheetText::text() const {
     for (std::size_t column = 0; column < fields; ++column) {
       if (column > 0) text += kSeparator;
       if (i == cells_.size() || cells_[i].row != row || cells_[i].column != column) continue;
-      append_quoted(text, text_of(i++));
+      append_quoted(text, next_text(i++));
     }
     text += '\n';
     line = row + 1;
@@ -221,13 +252,6 @@ std::vector<std::string> SheetText::notes() const {
                     counted(errors_.count, "cell with an error is", "cells with errors are"),
                     first_error_,
                     errors_.first));
-  }
-  if (formulas_.count > 0) {
-    notes.push_back(fmt::format(
-        "{} without a stored value (first: {}) and treated as missing; open the workbook in a "
-        "spreadsheet program and save it",
-        counted(formulas_.count, "formula is", "formulas are"),
-        formulas_.first));
   }
   if (hidden_rows_.count > 0) {
     notes.push_back(fmt::format("{} (first: {}) and read like the others",

@@ -35,6 +35,7 @@ std::string name_of_cell(std::size_t row, std::size_t column);
 enum class CellKind {
   kText,
   kNumber,
+  kLogical,         ///< 1 or 0
   kPercentage,      ///< a number; 0.25 where the sheet shows 25 %
   kDate,            ///< in the format of ISO 8601
   kError,           ///< the name of the error
@@ -60,8 +61,9 @@ class SheetText {
   /// Rows with content.
   std::size_t rows() const { return rows_; }
 
-  /// One record a row, row n in line n.
-  /// \throws InputError if cells are far from the others
+  /// One record a row, row n in line n. Logical values are 1 and 0, but TRUE and FALSE in a column
+  /// of other numbers, such as diameters.
+  /// \throws InputError if cells are far from the others, or a formula has no stored value
   std::shared_ptr<const data::TableText> text() const;
   /// What a user should know.
   std::vector<std::string> notes() const;
@@ -83,6 +85,7 @@ class SheetText {
   struct Column {
     std::size_t cells = 0;
     std::size_t numbers = 0;
+    std::size_t measures = 0;  ///< numbers below its first cell that are no logical values
     Count percentages{};
     Count dates{};
   };
@@ -91,17 +94,21 @@ class SheetText {
   bool is_comment(std::size_t first) const;
   std::size_t used_columns() const;
   void require_near_cells() const;
+  void require_values() const;
+  std::string_view shown_text(std::size_t cell, bool is_logical) const;
   void count(std::size_t row, std::size_t column, std::string_view text, CellKind kind);
 
   std::string place_;
   SheetBudget* budget_;
   std::string texts_{};
   std::vector<Cell> cells_{};
+  std::vector<std::size_t> logical_cells_{};  ///< positions in cells_
   std::vector<Column> columns_{};
   std::size_t rows_ = 0;
   std::size_t last_row_ = 0;
   Count hidden_rows_{};
-  Count formulas_{};
+  Count formulas_{};  ///< without a stored value
+  std::size_t first_formula_row_ = 0;
   Count errors_{};
   std::string first_error_{};
 };

@@ -87,13 +87,30 @@ TEST_CASE("numbers are those that spreadsheets show, however their files spell t
   CHECK(sheet.text()->text == "1;0.3;1000;2.5;100;12345678901234567890;-.5\n");
 }
 
-TEST_CASE("formulas without values, and days since 1904, as openpyxl writes them") {
-  const OpenedTable opened = open_table(book("kinds.xlsx"), {});
-  CHECK(has_note(opened, "9 formulas are without a stored value (first: D4)"));
-  const data::Table table = data::read_csv_table(opened.table, {.columns = {"twice", "dbh"}});
-  CHECK(std::isnan(table.numbers("dbh")[0]) == false);
+TEST_CASE("formulas without values, as openpyxl writes them, are refused") {
+  CHECK_THROWS_WITH(open_table(book("kinds.xlsx"), {}),
+                    Catch::Contains("9 cells have formulas without a stored value (first: D4)"));
+  CHECK_NOTHROW(open_table(book("kinds.xlsx"), {.layer = "Codes"}));
+}
+
+TEST_CASE("days since 1904, as openpyxl writes them") {
   const data::Table days = data::read_csv_table(open_table(book("days-1904.xlsx"), {}).table);
   CHECK(texts_of(days, "day") == Texts{"1904-01-02", "2024-02-29"});
+}
+
+TEST_CASE("a logical value among other numbers is no number") {
+  SheetBudget budget = sheet_budget(0);
+  SheetText sheet("a", budget);
+  const auto add = [&sheet](std::size_t row, const char* dbh, CellKind kind, const char* alive) {
+    sheet.add(row, 0, dbh, kind);
+    sheet.add(row, 1, alive, CellKind::kLogical);
+  };
+  sheet.add(1, 0, "dbh", CellKind::kText);
+  sheet.add(1, 1, "2019", CellKind::kNumber);
+  add(2, "20.5", CellKind::kNumber, "1");
+  add(3, "1", CellKind::kLogical, "0");
+  add(4, "31", CellKind::kNumber, "1");
+  CHECK(sheet.text()->text == "dbh;2019\n20.5;1\nTRUE;0\n31;1\n");
 }
 
 TEST_CASE("number formats of Excel") {

@@ -48,7 +48,7 @@ std::vector<std::string> InventoryReader::recognized() const {
   texts.push_back(spellings_.note());
   texts.push_back(note_on_dead());
   texts.push_back(describe_unread_columns(csv_.header(), options_.columns, file_));
-  for (const StatusWords& remarks : remarks_) texts.push_back(remarks.note());
+  for (const StatusWords& column : unread_) texts.push_back(column.note());
   std::erase(texts, "");
   return texts;
 }

@@ -28,6 +28,33 @@ std::string_view name_of(TreeStatus status) {
   return status == TreeStatus::kDead ? "dead" : "cut, fallen or a stump";
 }
 
+/// Fields that nothing reads. Columns that are only kept for models are among them.
+std::vector<std::size_t> unread_fields(const ColumnPlan& plan,
+                                       const std::vector<std::string>& header) {
+  std::vector<char> is_read(header.size(), 0);
+  const auto note = [&is_read](const auto& field) {
+    if (field) is_read[*field] = 1;
+  };
+  const auto note_all = [&is_read](const std::vector<std::size_t>& fields) {
+    for (const std::size_t field : fields) is_read[field] = 1;
+  };
+  for (const Source& label : plan.labels) {
+    note(label.field);
+    note_all(label.joined);
+  }
+  for (const Source& measure : plan.measures) note(measure.field);
+  for (const ExpressionField& used : plan.expression_fields) is_read[used.field] = 1;
+  for (const auto& field : {plan.time_field, plan.stem_field, plan.status_field, plan.tally_field})
+    note(field);
+  note_all(plan.unit_fields);
+  note_all(plan.location);
+  std::vector<std::size_t> fields;
+  for (std::size_t field = 0; field < header.size(); ++field) {
+    if (is_read[field] == 0 && !header[field].empty()) fields.push_back(field);
+  }
+  return fields;
+}
+
 }  // namespace
 
 InventoryReader::InventoryReader(const data::TableSource& source,
@@ -47,8 +74,11 @@ InventoryReader::InventoryReader(const data::TableSource& source,
   for (const std::size_t field : plan_.filled_down) csv_.fill_down(field);
   shared_labels_.resize(plan_.unit_fields.size());
   for (InventoryRow& row : block_) row.units.resize(plan_.unit_fields.size());
-  for (const std::size_t field : plan_.remarks) remarks_.emplace_back(csv_.header()[field]);
-  if (!plan_.status_field) remarks_.emplace_back(plan_.labels[kSpecies].text);
+  for (const std::size_t field : unread_fields(plan_, csv_.header())) {
+    unread_fields_.push_back(field);
+    unread_.emplace_back(csv_.header()[field]);
+  }
+  if (!plan_.status_field) unread_.emplace_back(plan_.labels[kSpecies].text);
   if (plan_.status_field) {
     status_ =
         StatusColumn(csv_.header()[*plan_.status_field], options_.status_codes, csv_.header());
@@ -190,8 +220,10 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
     if (trees > 1.0 && trees == std::floor(trees)) ++tally_several_;
     if (trees == 0.0) ++tally_none_;
   }
-  for (std::size_t i = 0; i < plan_.remarks.size(); ++i) {
-    remarks_[i].add(data::trimmed(fields[plan_.remarks[i]]));
+  row.status_words.clear();
+  for (std::size_t i = 0; i < unread_fields_.size(); ++i) {
+    const std::string* const word = unread_[i].find(data::trimmed(fields[unread_fields_[i]]));
+    if (word != nullptr) row.status_words.emplace_back(i, word);
   }
   for (std::size_t i = 0; i < kMeasureCount; ++i) {
     const Source& source = plan_.measures[i];
@@ -380,6 +412,9 @@ void InventoryReader::accept_or_exclude(InventoryRow& row) {
     return;
   }
   has_cw_from_radii_ = has_cw_from_radii_ || is_cw_from_radii;
+  if (status == TreeStatus::kAlive) {
+    for (const auto& [column, word] : row.status_words) unread_[column].count(*word);
+  }
   append(row, status);
 }
 
@@ -437,7 +472,7 @@ void InventoryReader::count_findings() {
     const auto place_of = [&inventory](std::size_t row) { return inventory.place(row); };
     odd_values_.add(known_measure(i).name, values_of(inventory, i), place_of);
   }
-  if (!plan_.status_field) remarks_.back().add(inventory.species);
+  if (!plan_.status_field) unread_.back().add(inventory.species);
 }
 
 void InventoryReader::find_plots_left_out() {
@@ -485,9 +520,11 @@ CheckedInventory InventoryReader::read() {
   skipped_ = {};
   rows_before_ = row_count_;
   while (read_block()) {
+    for (std::size_t i = 0; i < block_size_; ++i) status_.learn(block_[i].status);
     for (std::size_t i = 0; i < block_size_; ++i) accept_or_exclude(block_[i]);
   }
   require_clear_marks();
+  status_.require_one_meaning(file_);
   refuse_tally();
   refuse_epithets();
   if (of_ == BatchOf::kPlots) {

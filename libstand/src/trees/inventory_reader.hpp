@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "silvafit/data/csv.hpp"
@@ -38,6 +39,8 @@ struct InventoryRow {
   std::string genus{};               ///< as time
   std::string status{};              ///< as time
   std::string measured_plot{};       ///< with InventoryOptions::period: the plot, without the time
+  /// Words of dead or cut trees, with their positions in InventoryReader::unread_fields_.
+  std::vector<std::pair<std::size_t, const std::string*>> status_words{};
   Measures measures{};
   std::vector<ExcludedRow> unreadable{};  ///< fields that should be numbers but are not
 };
@@ -145,7 +148,8 @@ class InventoryReader {
   data::MissingCodes codes_{};
   StatusColumn status_{};
   SpeciesSpellings spellings_{};
-  std::vector<StatusWords> remarks_{};  ///< of ColumnPlan::remarks and species, without a status
+  std::vector<std::size_t> unread_fields_{};
+  std::vector<StatusWords> unread_{};  ///< of unread_fields_, and of species without a status
   std::vector<std::string> plots_of_dead_{};  ///< without a living tree so far
   std::size_t empty_plots_ = 0;               ///< rows with an empty plot below a filled one
   std::size_t empty_plots_run_ = 0;           ///< the last such rows

@@ -55,6 +55,39 @@ TEST_CASE("Spain's trees with one of two diameters have that one") {
   CHECK(factors_of(read.inventory)[1] == Approx(14.14710607).epsilon(1e-8));
 }
 
+TEST_CASE("Spain's trees of the quality 6 are dead") {
+  const CheckedInventory read = read_known(
+      "Estadillo,nArbol,Especie,Dn1,Dn2,Ht,Calidad\n1,1,23,100,100,5,2\n1,2,23,200,200,9,6\n");
+  CHECK(read.inventory.size() == 1);
+  CHECK(has_note(read, "1 dead, 0 cut or gone"));
+}
+
+TEST_CASE("Germany's BWI is read in mm, dm, cm and gon, as angle counts of factor 4") {
+  const CheckedInventory read = read_known(
+      "Tnr;Enr;Bnr;Ba;Bhd;Hoehe;Azi;Hori;Tot\n1;1;1;20;200;185;100;350;0\n"
+      "1;2;1;10;400;301;200;450;0\n1;2;2;10;300;250;0;200;1\n");
+  const Inventory& trees = read.inventory;
+  REQUIRE(trees.size() == 2);
+  CHECK(trees.plot[0] == "1-1");
+  CHECK(trees.plot[1] == "1-2");
+  CHECK(trees.dbh_cm[0] == 20.0);
+  CHECK(trees.h_m[1] == Approx(30.1).epsilon(1e-12));
+  CHECK(trees.x[0] == Approx(3.5).epsilon(1e-12));
+  CHECK(trees.y[1] == Approx(-4.5).epsilon(1e-12));
+  // 4 m2 per ha over the basal area of a tree of 20 cm, 0.0314159265 m2.
+  CHECK(factors_of(trees)[0] == Approx(127.3239545).epsilon(1e-8));
+}
+
+TEST_CASE("Canada's dead standing trees are dead") {
+  const CheckedInventory read = read_inventory_text(
+      "nfi_plot,meas_date,tree_num,lgtree_genus,lgtree_species,lgtree_status,dbh,height\n"
+      "9,2008-07-01,1,PICE,MAR,LS,29,23\n9,2008-07-01,2,PICE,MAR,DS,24,19\n"
+      "9,2008-07-01,3,ABIE,BAL,LF,20,15\n");
+  REQUIRE(read.inventory.size() == 2);
+  CHECK(read.inventory.species[0] == "PICE-MAR");
+  CHECK(has_note(read, "1 dead, 0 cut or gone"));
+}
+
 TEST_CASE("FIA's trees without TPA_UNADJ have the factors of the design") {
   // FIA's own factors: four subplots of 24 ft and, below 5 in, microplots of 6.8 ft per acre.
   const CheckedInventory read =

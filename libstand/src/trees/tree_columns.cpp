@@ -17,16 +17,16 @@ namespace {
 constexpr std::array<TreeColumn, 19> kColumns{{
     {.name = "plot",
      .meaning = "plot",
-     .usual =
-         "plotid plotno plotnr plotnum plotnumber plotname plotcode sampleplot sampleplotid "
-         "probeflache probeflaeche probeflachennr probeflaechennr probeflachenid probekreis "
-         "probekreisnr stichprobe stichprobennr stichprobenr versuchsflache versuchsflaeche "
-         "placette placetteid idplacette numplacette noplacette nplacette numeroplacette "
-         "parcela parcelaid idparcela numparcela nparcela noparcela numeroparcela "
-         "koeala koealaid koealanro koealanumero provyta provytanr powierzchnia nrpowierzchni "
-         "areadisaggio numeroareadisaggio zkusnaplocha cislozkusneplochy proefvlak proefvlaknr "
-         "proefperk ornekalan ornekalanno "
-         "样地 样地号 样地编号 样地名称 样方 样方号 样方编号 樣地 樣區 標準地 プロット",
+     .usual = "plotid plotno plotnr plotnum plotnumber plotname plotcode sampleplot sampleplotid "
+              "probeflache probeflaeche probeflachennr probeflaechennr probeflachenid probekreis "
+              "probekreisnr stichprobe stichprobennr stichprobenr versuchsflache versuchsflaeche "
+              "placette placetteid idplacette numplacette noplacette nplacette numeroplacette "
+              "parcela parcelaid idparcela numparcela nparcela noparcela numeroparcela "
+              "koeala koealaid koealanro koealanumero provyta provytanr powierzchnia nrpowierzchni "
+              "flate upmid clnr areadisaggio numeroareadisaggio zkusnaplocha cislozkusneplochy "
+              "proefvlak proefvlaknr "
+              "proefperk ornekalan ornekalanno "
+              "样地 样地号 样地编号 样地名称 样方 样方号 样方编号 樣地 樣區 標準地 プロット",
      .vague = "subplotid subplot parzelle parzellennr parcelle parcella stanowisko plocha 标准地 "
               "标准地号"},
     {.name = "tree",
@@ -34,7 +34,8 @@ constexpr std::array<TreeColumn, 19> kColumns{{
      .usual = "treeid treeno treenr treenum treenumber treename treetag baum baumnr baumid baumno "
               "baumnummer arbre arbreid idarbre numarbre noarbre narbre numeroarbre "
               "arbol arbolid idarbol numarbol noarbol narbol numeroarbol arvore idarvore numarvore "
-              "albero nalbero numeroalbero strom cislostromu boom boomnr boomnummer agac agacno "
+              "trenr banr albero nalbero numeroalbero strom cislostromu boom boomnr boomnummer "
+              "agac agacno "
               "puu puunro puuid puunumero tradnr tradid drzewo nrdrzewa "
               "树号 树编号 木号 单木号 样木号 立木号 林木编号 树木编号 株号 樹號 立木番号",
      .vague = "tag nr no num numero nummer id lfdnr lfnr laufendenummer stammnr 编号 序号"},
@@ -42,7 +43,7 @@ constexpr std::array<TreeColumn, 19> kColumns{{
      .meaning = "species",
      .usual = "speciescode spcode speciesid speciesname speciesabbr treespecies spp spcd speccode "
               "scientificname "
-              "latinname baumart baumartnr baumartcode baumartencode baumartenkurzel holzart "
+              "latinname baart baumart baumartnr baumartcode baumartencode baumartenkurzel holzart "
               "essence essenceforestiere espece especearbre especie especies nombrecientifico "
               "nombreespecie nomecient nomecientifico specie drevina boomsoort agacturu puulaji "
               "puulajit puulajikoodi tradslag gatunek "
@@ -157,14 +158,17 @@ constexpr std::array<TreeColumn, 19> kColumns{{
      .values = &Inventory::cr_n_m},
     {.name = "status",
      .meaning = "status (alive, dead, cut)",
-     .usual = "dfstatus isdead isalive mortality snag health healthstatus stato stan stav vital "
-              "vitalstatus condition treecondition treestatus treestate statuscd "
-              "livestatus lifestatus alivedead vitality "
-              "alive living live dead deadalive aliveordead "
-              "livedead zustand baumzustand baumstatus vitalitat lebend tot etat etatarbre statut "
-              "vivant "
-              "mort estado estadoarbol vivo muerto tila puuntila elossa kuollut "
-              "状态 状况 生长状态 立木类型 存活 存活状态"},
+     .usual =
+         "plantstatus treehealth codealive treealive islive isliving lebt condicion condicionarbol "
+         "estadoarvore condicao statusarvore dfstatus isdead isalive mortality snag health "
+         "healthstatus stato stan stav vital "
+         "vitalstatus condition treecondition treestatus treestate statuscd "
+         "livestatus lifestatus alivedead vitality "
+         "alive living live dead deadalive aliveordead "
+         "livedead zustand baumzustand baumstatus vitalitat lebend tot etat etatarbre statut "
+         "vivant "
+         "mort estado estadoarbol vivo muerto tila puuntila elossa kuollut "
+         "状态 状况 生长状态 立木类型 存活 存活状态 状態 生死 生死区分 立木状態"},
     // A position is made of these if it is not in the table: see usual_columns().
     {.name = "azimuth",
      .meaning = "direction from the point of measurement, clockwise from north",

@@ -11,34 +11,22 @@
 #include "silvafit/base/text.hpp"
 #include "silvafit/base/words.hpp"
 #include "silvafit/data/csv.hpp"
+#include "silvafit/data/expression.hpp"
 #include "silvafit/data/table.hpp"
 #include "trees/folded_text.hpp"
 #include "trees/known_tables.hpp"
+#include "trees/status_words.hpp"
 
 namespace silvafit::stand {
 namespace {
 
-/// Words in the form of folded_letters, with blanks between them.
-constexpr std::string_view kAliveWords =
-    "a l v alive live living healthy sound lebend lebendig vital gesund vivant vif sain viv vivo "
-    "viva sano elava elossa terve levande frisk zywe 活 活立木 活木 存活 正常 健康 健在";
-constexpr std::string_view kDeadWords =
-    "d dead standingdead deadstanding snag tot abgestorben durr duerr stehendtot totstehend "
-    "stehendestotholz totholz durrstander mort morte mortsurpied muerto muerta muertoenpie "
-    "seco morto morta kuollut kelo pystykuollut dod martwe 死 死亡 枯死 枯死木 枯立木 死木 立枯";
-constexpr std::string_view kGoneWords =
-    "missing notfound lost disappeared verschwunden nichtgefunden cut cutdown felled harvested "
-    "removed logged stump gefallt gefaellt entnommen geerntet "
-    "genutzt eingeschlagen ausgeschieden baumstumpf stumpf stubben stock coupe coupee abattu "
-    "abattue exploite recolte souche mortausol cortado cortada talado talada cosechado tocon "
-    "cortada hakattu kaadettu poistettu kanto avverkad stubbe 采伐 砍伐 伐倒 伐倒木 间伐 伐桩 树桩 "
-    "伐根 已采伐";
-constexpr std::string_view kFallenWords =
-    "fallen down deaddown downdead deadfallen fallendead lying windthrow windthrown umgefallen "
-    "liegend liegendtot "
-    "windwurf chablis caido caida kaatunut maapuu 倒木 枯倒木";
 constexpr std::string_view kYes = "1 true t yes y ja j oui o si kylla 是";
 constexpr std::string_view kNo = "0 false f no n nein non ei 否";
+/// Marks of the rows for which the header of a column is true.
+constexpr std::string_view kMarks = "x X + * ✓ ✔ √";
+
+/// Different values that decide the meaning of letters; a column of letters has fewer.
+constexpr std::size_t kMostLearned = 1000;
 
 struct GivenCodes {
   const std::vector<std::string>* codes;
@@ -69,6 +57,12 @@ void check_codes(const StatusCodes& codes) {
   }
 }
 
+/// A value as conditions have it.
+std::string quoted_unless_number(const std::string& value) {
+  double ignored = 0.0;
+  return data::parse_number(value, ignored) ? value : '"' + value + '"';
+}
+
 }  // namespace
 
 StatusColumn::StatusColumn(std::string header,
@@ -79,32 +73,79 @@ StatusColumn::StatusColumn(std::string header,
       codes_(std::move(codes)) {
   check_codes(codes_);
   constexpr std::string_view kAliveHeaders =
-      "alive isalive living live lebend vivant vivo elossa 存活";
+      "alive isalive codealive islive isliving living live lebend lebt vivant vivo elossa 存活";
   constexpr std::string_view kDeadHeaders = "dead isdead mortality snag tot mort muerto kuollut";
   const std::string name = folded_letters(header_);
   if (has_word(kAliveHeaders, name)) kind_ = Kind::kAlive;
   if (has_word(kDeadHeaders, name)) kind_ = Kind::kDead;
 }
 
+void StatusColumn::learn(std::string_view value) {
+  const bool is_full = learned_.size() == kMostLearned;
+  if (value.empty() || is_full || learned_.contains(value)) return;
+  learned_.emplace(value);
+  std::string letters = folded_letters(value);
+  constexpr std::size_t kLongestCode = 2;
+  const bool is_alive = status_in(value, StatusText::kStatus) == TreeStatus::kAlive;
+  has_alive_ = has_alive_ || (is_alive && letters != "v");
+  if (!letters.empty() && letters.size() <= kLongestCode) letters_.insert(std::move(letters));
+  // The same letter may have been read with another meaning.
+  known_.clear();
+}
+
+bool StatusColumn::is_given(std::string_view value) const {
+  return std::ranges::any_of(lists_of(codes_), [value](const GivenCodes& list) {
+    return std::ranges::any_of(
+        *list.codes, [value](const std::string& code) { return is_same_code(code, value); });
+  });
+}
+
+/// Whether neither the header nor the user explains D.
+bool StatusColumn::is_by_letters() const {
+  return kind_ == Kind::kStatus && table_ == nullptr && !is_given("D");
+}
+
+/// Dominant, codominant, intermediate and suppressed: D beside C, I or S, but no code of living
+/// trees.
+bool StatusColumn::has_crown_classes() const {
+  const auto has = [this](const char* letter) { return letters_.contains(letter); };
+  const bool has_classes = has("d") && (has("c") || has("i") || has("s"));
+  return has_classes && !has_alive_ && !has("v") && is_by_letters();
+}
+
+/// Vivo and muerto, vivant and mort: M alone may be anything.
+bool StatusColumn::has_v_and_m() const {
+  const auto is_one = [](const std::string& letters) { return has_word("v m c t", letters); };
+  return !has_alive_ && letters_.contains("v") && std::ranges::all_of(letters_, is_one);
+}
+
+std::optional<TreeStatus> StatusColumn::meaning_of_answer(std::string_view word,
+                                                          std::string_view value) const {
+  const bool is_of_living = kind_ == Kind::kAlive;
+  const std::string_view mark = data::trimmed(value);
+  if (mark.empty()) return std::nullopt;
+  if (has_word(kMarks, mark) || has_word(kYes, word)) {
+    return is_of_living ? TreeStatus::kAlive : TreeStatus::kDead;
+  }
+  if (has_word(kNo, word)) return is_of_living ? TreeStatus::kDead : TreeStatus::kAlive;
+  return std::nullopt;
+}
+
 std::optional<TreeStatus> StatusColumn::meaning_of(std::string_view value) const {
   const std::string word = folded_letters(value);
+  if (kind_ != Kind::kStatus) {
+    if (const auto answer = meaning_of_answer(word, value)) return answer;
+  }
+  const std::optional<TreeStatus> named = status_in(value, StatusText::kStatus);
   // A tree that is "missing" was not found.
-  const bool is_gone = has_word(kGoneWords, word);
-  if (word.empty() || (data::is_missing_number(value) && !is_gone)) return TreeStatus::kAlive;
+  const bool is_missing = data::is_missing_number(value) && named != TreeStatus::kGone;
+  if (word.empty() || is_missing) return TreeStatus::kAlive;
   if (table_ != nullptr) {
     if (const auto known = known_status(*table_, value)) return known;
   }
-  if (kind_ != Kind::kStatus) {
-    const TreeStatus if_yes = kind_ == Kind::kAlive ? TreeStatus::kAlive : TreeStatus::kDead;
-    const TreeStatus if_no = kind_ == Kind::kAlive ? TreeStatus::kDead : TreeStatus::kAlive;
-    if (has_word(kYes, word)) return if_yes;
-    if (has_word(kNo, word)) return if_no;
-  }
-  if (has_word(kAliveWords, word)) return TreeStatus::kAlive;
-  if (has_word(kDeadWords, word)) return TreeStatus::kDead;
-  if (is_gone) return TreeStatus::kGone;
-  if (has_word(kFallenWords, word)) return TreeStatus::kFallen;
-  return std::nullopt;
+  if (has_crown_classes() && has_word("d c i s", word)) return TreeStatus::kAlive;
+  if (word == "m" && has_v_and_m()) return TreeStatus::kDead;
+  return named;
 }
 
 std::optional<TreeStatus> StatusColumn::given_meaning(std::string_view value) {
@@ -121,6 +162,7 @@ std::optional<TreeStatus> StatusColumn::given_meaning(std::string_view value) {
 TreeStatus StatusColumn::read(std::string_view value) {
   auto known = known_.find(value);
   if (known == known_.end()) {
+    learn(value);
     const std::optional<TreeStatus> given = given_meaning(value);
     known = known_.emplace(std::string(value), given ? given : meaning_of(value)).first;
   }
@@ -128,12 +170,33 @@ TreeStatus StatusColumn::read(std::string_view value) {
     ++unknown_[known->first];
     return TreeStatus::kAlive;
   }
-  const bool is_alive = *known->second == TreeStatus::kAlive;
-  if (is_alive && !value.empty() && data::is_missing_number(value)) ++missing_;
-  if (*known->second == TreeStatus::kDead) ++dead_;
-  if (*known->second == TreeStatus::kGone || *known->second == TreeStatus::kFallen) ++gone_;
-  if (*known->second == TreeStatus::kNotInSample) ++not_in_sample_;
+  count(value, *known->second);
   return *known->second;
+}
+
+void StatusColumn::count(std::string_view value, TreeStatus status) {
+  const bool is_alive = status == TreeStatus::kAlive;
+  if (value.empty()) {
+    ++empty_;
+  } else if (is_alive && data::is_missing_number(value)) {
+    ++missing_;
+  } else if (is_alive && first_alive_.empty()) {
+    first_alive_ = value;
+  }
+  if ((value == "D" || value == "d") && is_by_letters()) ++(is_alive ? dominant_ : dead_letters_);
+  if (status == TreeStatus::kDead) ++dead_;
+  if (status == TreeStatus::kGone || status == TreeStatus::kFallen) ++gone_;
+  if (status == TreeStatus::kNotInSample) ++not_in_sample_;
+}
+
+void StatusColumn::require_one_meaning(const std::string& file) const {
+  const bool is_one = (has_crown_classes() ? dead_letters_ : dominant_) == 0;
+  if (is_one) return;
+  throw InputError(
+      "D may be a dead tree or a dominant one: the first rows of the table and later "
+      "ones have other letters beside it; explain it with `dead_codes=D` or "
+      "`alive_codes=D`",
+      {.file = file, .column = header_});
 }
 
 std::string StatusColumn::unknown_values() const {
@@ -155,6 +218,20 @@ std::string StatusColumn::remarks() const {
   if (missing_ > 0) {
     text += fmt::format("; {} a missing status, used as alive",
                         counted(missing_, "row has", "rows have"));
+  }
+  if (kind_ == Kind::kAlive && empty_ > 0 && !first_alive_.empty() && dead_ + gone_ == 0) {
+    text += fmt::format(
+        "; {} empty and {} as living, although no row says that its tree is dead; if the empty "
+        "ones are dead, use the others with `where={} == {}`",
+        counted(empty_, "row is", "rows are"),
+        empty_ == 1 ? "counts" : "count",
+        data::Expression::variable(header_).text(),
+        quoted_unless_number(first_alive_));
+  }
+  if (has_crown_classes() && dominant_ > 0) {
+    text +=
+        "; D, C, I and S are read as crown classes (dominant, codominant, intermediate, "
+        "suppressed) of living trees; if D means dead, use `dead_codes=D`";
   }
   const std::string unknown = unknown_values();
   if (!unknown.empty()) {

@@ -11,10 +11,12 @@
 
 #include "silvafit/base/text.hpp"
 #include "silvafit/base/words.hpp"
+#include "silvafit/data/csv.hpp"
 #include "silvafit/data/expression.hpp"
 #include "silvafit/stand/tree_status.hpp"
 #include "trees/column_sources.hpp"
 #include "trees/folded_text.hpp"
+#include "trees/status_words.hpp"
 #include "trees/usual_names.hpp"
 
 namespace silvafit::stand {
@@ -162,16 +164,29 @@ std::vector<std::size_t> remark_fields(const Names& header) {
   return fields_named(kNames, header);
 }
 
-void StatusWords::add(std::string_view value, std::size_t rows) {
-  // Shorter words are codes of species, too.
-  constexpr std::size_t kShortest = 3;
-  auto known = is_word_.find(value);
-  if (known == is_word_.end()) {
-    StatusColumn status(column_);
-    if (folded_letters(value).size() >= kShortest) status.read(value);
-    known = is_word_.emplace(std::string(value), status.dead() + status.gone() > 0).first;
+/// Positions and numbers of trees are different in each row, and other columns of many different
+/// texts are names: neither has words of the status.
+bool StatusWords::is_given_up() const {
+  constexpr std::size_t kMostNumbers = 1000;
+  constexpr std::size_t kMostTexts = 20000;
+  return numbers_ == values_.size() ? numbers_ >= kMostNumbers : values_.size() >= kMostTexts;
+}
+
+const std::string* StatusWords::find(std::string_view value) {
+  if (value.empty()) return nullptr;
+  auto known = values_.find(value);
+  if (known == values_.end()) {
+    if (is_given_up()) return nullptr;
+    double ignored = 0.0;
+    const bool is_number = data::parse_number(value, ignored);
+    const auto status = is_number ? std::nullopt : status_in(value, StatusText::kAny);
+    if (is_number) ++numbers_;
+    known = values_.emplace(std::string(value), status && *status != TreeStatus::kAlive).first;
   }
-  if (!known->second) return;
+  return known->second ? &known->first : nullptr;
+}
+
+void StatusWords::count(const std::string& value, std::size_t rows) {
   if (rows_ == 0) first_ = value;
   rows_ += rows;
 }

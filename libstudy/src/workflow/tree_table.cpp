@@ -84,6 +84,7 @@ class TableReader {
   void find_missing_species();
   void leave_out_sums();
   void describe_unread();
+  Names columns_of_labels() const;
   void read_status();
   void describe_labels();
   void resolve_repeated_rows(RepeatedRows rule);
@@ -247,6 +248,7 @@ void TableReader::read_status() {
   std::vector<std::size_t> used;
   std::vector<char> is_dead;
   data::TextColumn remains;
+  for (const std::string& value : values.levels()) status.learn(value);
   for (std::size_t row = 0; row < values.size(); ++row) {
     const stand::TreeStatus found = status.read(values[row]);
     const bool is_alive = found == stand::TreeStatus::kAlive;
@@ -255,6 +257,7 @@ void TableReader::read_status() {
     is_dead.push_back(is_alive ? 0 : 1);
     remains.append(remains_of(found));
   }
+  status.require_one_meaning(reader_.file());
   if (status.dead() + status.gone() + status.not_in_sample() == 0 && status.remarks().empty()) {
     return;
   }
@@ -327,15 +330,27 @@ void TableReader::describe_unread() {
   const auto status = stand::status_column(
       header, result_.mapped, wishes_.options.status_codes, wishes_.options.dead, reader_.file());
   if (status) return;
-  std::vector<std::size_t> fields = stand::remark_fields(header);
-  const auto species = stand::fields_of("species", header, mapped, reader_.file());
-  if (species.size() == 1) fields.push_back(species.front());
-  for (const std::size_t field : fields) {
-    if (!result_.table.has(header[field])) continue;
-    stand::StatusWords words(header[field]);
-    words.add(result_.table.labels(header[field]));
+  const Names read = columns_of_labels();
+  for (const std::string& column : header) {
+    const data::Table& table = result_.table;
+    if (!table.has(column) || table.is_numeric(column) || contains(read, column)) continue;
+    stand::StatusWords words(column);
+    words.add(table.text(column));
     note(words.note());
   }
+}
+
+/// The columns of plots, trees and units of plots, which are names.
+Names TableReader::columns_of_labels() const {
+  const auto& header = reader_.header();
+  std::vector<std::size_t> fields = stand::fields_of_units(header);
+  for (const char* const name : {"plot", "tree"}) {
+    const auto own = stand::fields_of(name, header, wishes_.options.columns, reader_.file());
+    fields.insert(fields.end(), own.begin(), own.end());
+  }
+  Names names;
+  for (const std::size_t field : fields) names.push_back(header[field]);
+  return names;
 }
 
 /// The rule for rows of one tree (docs/inventory.md), if it is the one of this reading.

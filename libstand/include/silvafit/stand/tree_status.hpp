@@ -55,6 +55,10 @@ class StatusColumn {
                         StatusCodes codes = {},
                         const std::vector<std::string>& table = {});
 
+  /// Tells a value of the column before those of its part of the table are read, because some
+  /// letters have a meaning by the others: D is dead, but dominant beside C, I and S.
+  void learn(std::string_view value);
+
   /// An empty value and one that is not known mean alive; the latter are counted.
   TreeStatus read(std::string_view value);
 
@@ -62,16 +66,25 @@ class StatusColumn {
   std::size_t dead() const { return dead_; }
   std::size_t gone() const { return gone_; }
   std::size_t not_in_sample() const { return not_in_sample_; }
+  /// \throws InputError if D was read as dead, or as a crown class, before values that contradict
+  /// it
+  void require_one_meaning(const std::string& file) const;
   const std::string& header() const { return header_; }
   /// "'B' (3), 'X' (1)": values that are not known; empty if there are none.
   std::string unknown_values() const;
-  /// The part of a note on rows that are no measurements, on values that are not known, and on
-  /// given codes that no row has; empty if there are none.
+  /// The part of a note on rows that are no measurements, on values that are not known or whose
+  /// meaning is assumed, and on given codes that no row has; empty if there are none.
   std::string remarks() const;
 
  private:
   std::optional<TreeStatus> given_meaning(std::string_view value);
   std::optional<TreeStatus> meaning_of(std::string_view value) const;
+  std::optional<TreeStatus> meaning_of_answer(std::string_view word, std::string_view value) const;
+  bool is_given(std::string_view value) const;
+  bool is_by_letters() const;
+  bool has_crown_classes() const;
+  bool has_v_and_m() const;
+  void count(std::string_view value, TreeStatus status);
 
   std::string header_{};
   enum class Kind { kStatus, kAlive, kDead } kind_ = Kind::kStatus;
@@ -82,6 +95,13 @@ class StatusColumn {
   std::size_t gone_ = 0;
   std::size_t not_in_sample_ = 0;
   std::size_t missing_ = 0;
+  std::size_t empty_ = 0;
+  std::size_t dominant_ = 0;      ///< rows of D that are alive
+  std::size_t dead_letters_ = 0;  ///< rows of D that are not
+  std::string first_alive_{};
+  std::set<std::string, std::less<>> learned_{};
+  std::set<std::string, std::less<>> letters_{};  ///< values of one or two letters, folded
+  bool has_alive_ = false;  ///< a value is a word or code of living trees, other than V
   StatusCodes codes_{};
   std::set<std::string, std::less<>> seen_codes_{};
 };

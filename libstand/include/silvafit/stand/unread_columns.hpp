@@ -33,14 +33,23 @@ std::vector<std::size_t> remark_fields(const std::vector<std::string>& header);
 class StatusWords {
  public:
   explicit StatusWords(std::string column) : column_(std::move(column)) {}
-  void add(std::string_view value, std::size_t rows = 1);
+  /// The value if it has such words, else null; to be counted if its tree is used as a living one.
+  /// Valid as long as this object.
+  const std::string* find(std::string_view value);
+  void count(const std::string& value, std::size_t rows = 1);
+  void add(std::string_view value, std::size_t rows = 1) {
+    if (const std::string* const found = find(value)) count(*found, rows);
+  }
   void add(const data::TextColumn& values);
   /// Empty if there are none.
   std::string note() const;
 
  private:
+  bool is_given_up() const;
+
   std::string column_{};
-  std::map<std::string, bool, std::less<>> is_word_{};
+  std::map<std::string, bool, std::less<>> values_{};  ///< whether they have such words
+  std::size_t numbers_ = 0;                            ///< of them
   std::size_t rows_ = 0;
   std::string first_{};
 };
