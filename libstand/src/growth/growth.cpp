@@ -62,8 +62,15 @@ std::vector<std::size_t> GrowthMaker::living_rows(const MeasuredPlot& plot,
   return rows;
 }
 
-TreeFate GrowthMaker::fate_at_end(const std::optional<std::size_t>& row) const {
-  if (!row) return TreeFate::kNotFound;
+TreeFate GrowthMaker::fate_at_end(const MeasuredTree& tree, std::size_t occasion) const {
+  std::optional<std::size_t> row = tree.rows[occasion];
+  // The status of the last visit is in every row.
+  if (!row && is_status_of_last_visit_) {
+    row = *std::ranges::find_if(tree.rows, &std::optional<std::size_t>::has_value);
+  }
+  if (!row || inventory_.status.empty() || inventory_.status[*row] == TreeStatus::kAlive) {
+    return TreeFate::kNotFound;
+  }
   return inventory_.status[*row] == TreeStatus::kDead ? TreeFate::kMortality : TreeFate::kCut;
 }
 
@@ -81,7 +88,7 @@ void GrowthMaker::follow_plot(std::size_t number, LivingTrees& living) {
       if (rows[k] == kNoTreeRow && rows[k + 1] == kNoTreeRow) continue;
       TreeInPeriod one{.start = rows[k], .end = rows[k + 1]};
       if (one.start == kNoTreeRow) one.fate = TreeFate::kIngrowth;
-      if (one.end == kNoTreeRow) one.fate = fate_at_end(tree.rows[k + 1]);
+      if (one.end == kNoTreeRow) one.fate = fate_at_end(tree, k + 1);
       periods_[first_period + k].trees.push_back(one);
     }
   }
@@ -89,6 +96,7 @@ void GrowthMaker::follow_plot(std::size_t number, LivingTrees& living) {
 
 void GrowthMaker::follow_trees() {
   check_visits(plots_, inventory_.file);
+  refuse_new_numbers(plots_, inventory_);
   LivingTrees living(inventory_);
   std::vector<std::string> once;
   for (std::size_t i = 0; i < plots_.size(); ++i) {
@@ -413,8 +421,9 @@ void GrowthMaker::add_strata() {
 }
 
 GrowthReport GrowthMaker::run() {
-  const SamplingDesign& design = options_.design;
-  plots_ = measured_plots(inventory_, design.plots ? &*design.plots : nullptr);
+  if (design_.plots) design_.plots = with_times_read(*std::move(design_.plots), report_.notes);
+  plots_ = measured_plots(inventory_, design_.plots ? &*design_.plots : nullptr, report_.notes);
+  read_status();
   report_.values = {"stems", "basal_area_m2"};
   for (const TreeQuantity& quantity : inventory_.quantities) {
     report_.quantities.push_back(label_of(quantity));

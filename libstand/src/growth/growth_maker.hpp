@@ -42,12 +42,13 @@ class GrowthMaker {
 
  private:
   bool is_alive(std::size_t row) const {
-    return inventory_.status.empty() || inventory_.status[row] == TreeStatus::kAlive;
+    return status_.empty() || status_[row] == TreeStatus::kAlive;
   }
+  void read_status();
   std::vector<std::size_t> living_rows(const MeasuredPlot& plot,
                                        const MeasuredTree& tree,
                                        LivingTrees& living);
-  TreeFate fate_at_end(const std::optional<std::size_t>& row) const;
+  TreeFate fate_at_end(const MeasuredTree& tree, std::size_t occasion) const;
   void follow_plot(std::size_t number, LivingTrees& living);
   void follow_trees();
   void find_areas();
@@ -76,6 +77,8 @@ class GrowthMaker {
   const StandReportOptions& options_;
   SamplingDesign design_;
   std::vector<MeasuredPlot> plots_{};
+  std::vector<TreeStatus> status_{};  ///< of each row at its time; none if all are alive
+  bool is_status_of_last_visit_ = false;
   std::vector<Period> periods_{};
   Inventory living_{};
   std::unordered_map<std::string, SampledArea> areas_{};  ///< by label

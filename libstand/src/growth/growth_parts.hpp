@@ -20,6 +20,11 @@ inline constexpr double kFastestCmPerYear = 10.0;
 /// \throws InputError if days of one visit are times of their own, or no tree is followed
 void check_visits(const std::vector<MeasuredPlot>& plots, const std::string& file);
 
+/// Refuses plots whose trees have new numbers: none comes again, and the trees after that are too
+/// thick to have grown since the visit before.
+/// \throws InputError if there is such a plot
+void refuse_new_numbers(const std::vector<MeasuredPlot>& plots, const Inventory& inventory);
+
 /// Refuses visits of a plot in different units.
 /// \param file  of the inventory, for the message
 /// \throws InputError if the median tree of a plot, of three survivors or more, grew by more than

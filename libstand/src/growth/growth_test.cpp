@@ -340,3 +340,96 @@ TEST_CASE("Days of one visit, and trees that are numbered anew, are refused") {
   CHECK(growth(rows("2010-05-03", "2010-05-03", 0) + rows("2010-06-03", "2010-06-03", 0))
             .trees.size() == 4);
 }
+
+TEST_CASE("A status that is the same in all rows of a tree is that of the last visit") {
+  // Of four trees on 0.1 ha, tree 2 has died: 10 / ha in 5 years.
+  const auto growth = [](const std::string& text, InventoryOptions options) {
+    options.keeps_measurements = true;
+    return growth_report(read_inventory(csv_of(text), options).inventory, {.plot_area_m2 = 1000.0});
+  };
+  const auto check = [](const GrowthReport& report) {
+    const PlotGrowth& plot = report.plots.at(0);
+    CHECK(value_of(plot, 0, GrowthPart::kStart) == Approx(40.0).epsilon(1e-13));
+    CHECK(value_of(plot, 0, GrowthPart::kEnd) == Approx(30.0).epsilon(1e-13));
+    CHECK(value_of(plot, 0, GrowthPart::kMortality) == Approx(2.0).epsilon(1e-13));
+  };
+  const auto wide = [](const char* last) {
+    return std::string("plot,tree,D_2010,D_2015,status\n1,1,20,21,alive\n1,2,20,") + last +
+           ",dead\n1,3,20,21,alive\n1,4,20,22,alive\n";
+  };
+  const std::vector<ColumnMapping> visits{{"dbh", "D_{year}"}};
+  for (const char* const last : {"", "20.5", "0", "-999"}) {
+    check(growth(wide(last), {.visits = visits}));
+  }
+  CHECK(tells(growth(wide(""), {.visits = visits}).notes, "1 dead or cut tree was alive"));
+  check(
+      growth("plot,tree,year,dbh,status\n1,1,2010,20,alive\n1,2,2010,20,dead\n"
+             "1,3,2010,20,alive\n1,4,2010,20,alive\n1,1,2015,21,alive\n1,3,2015,21,alive\n"
+             "1,4,2015,22,alive\n",
+             {}));
+  // A status of each visit is that of the visit.
+  const GrowthReport own =
+      growth("plot,tree,D_2010,D_2015,S_2010,S_2015\n1,1,20,21,alive,alive\n1,2,20,20,dead,dead\n",
+             {.visits = {{"dbh", "D_{year}"}, {"status", "S_{year}"}}});
+  CHECK(value_of(own.plots.at(0), 0, GrowthPart::kMortality) == 0.0);
+  CHECK(value_of(own.plots.at(0), 0, GrowthPart::kStart) == Approx(10.0).epsilon(1e-13));
+}
+
+TEST_CASE("Plots without trees and without a time are empty at all times") {
+  const CheckedInventory checked =
+      measured("plot,tree,year,dbh\n1,1,2010,20\n1,1,2015,22\n2,1,2010,20\n2,1,2015,22\n");
+  StandReportOptions options;
+  options.design.plots =
+      read_plot_table(csv_of("plot,area\n1,400\n2,400\n3,400\n4,400\n", "plots.csv"));
+  const GrowthReport report = growth_report(checked.inventory, options);
+  REQUIRE(report.plots.size() == 4);
+  // 2 trees on 4 plots of 0.04 ha.
+  const StratumGrowth& all = report.strata.back();
+  CHECK(all.plots == 4);
+  CHECK(estimate_in(all, 0, GrowthPart::kStart).per_ha == Approx(12.5).epsilon(1e-13));
+  const CheckedInventory panels = measured(
+      "plot,tree,year,dbh\n1,1,2010,20\n1,1,2015,22\n2,1,2012,20\n2,1,2017,22\n"
+      "1,1,2020,24\n");
+  CHECK_THROWS_WITH(growth_report(panels.inventory, options),
+                    Contains("plots.csv: plots without trees and without a time"));
+}
+
+TEST_CASE("A plot whose trees have new numbers is refused, and one with new trees is not") {
+  const auto growth = [](int number, int dbh) {
+    std::string text = "plot,tree,year,dbh\n2,1,2010,20\n2,1,2015,22\n";
+    for (int tree = 1; tree <= 3; ++tree) {
+      text += "1," + std::to_string(tree) + ",2010,30\n";
+      text += "1," + std::to_string(tree + number) + ",2015," + std::to_string(dbh) + "\n";
+    }
+    return growth_report(measured(text).inventory, {.plot_area_m2 = 1000.0});
+  };
+  CHECK_THROWS_WITH(
+      growth(100, 32),
+      Contains("no tree comes again in 1 period of a plot") && Contains("plot 1 (2010 to 2015)"));
+  CHECK_NOTHROW(growth(0, 32));
+  // Planted after a clear-cut.
+  CHECK_NOTHROW(growth(100, 8));
+}
+
+TEST_CASE("Dates with the year last are read if a number of the column shows the day") {
+  const auto growth = [](const std::string& first, const std::string& second) {
+    const std::string rows = "1,1,20," + first + "\n1,1,22," + second + "\n";
+    return growth_report(measured("plot,tree,dbh,fecha\n" + rows).inventory,
+                         {.plot_area_m2 = 400.0});
+  };
+  // From 2010-05-13 to 2015-06-01 are 1845 days.
+  for (const auto& [first, second] : std::vector<std::pair<std::string, std::string>>{
+           {"13/05/2010", "1/6/2015"}, {"05/13/2010", "6/1/2015"}, {"13-05-2010", "01-06-2015"}}) {
+    const GrowthReport report = growth(first, second);
+    CHECK(report.plots[0].years == Approx(1845 / 365.25).epsilon(1e-12));
+    CHECK(report.plots[0].from == "2010-05-13");
+    CHECK(tells(report.notes, "dates such as " + first + " are read as"));
+  }
+  CHECK(growth("05/2010", "05/2015").plots[0].years == Approx(1826 / 365.25).epsilon(1e-12));
+  const GrowthReport unknown = growth("05/06/2010", "07/06/2015");
+  CHECK(unknown.plots[0].years == 5.0);
+  CHECK(tells(unknown.notes, "only their years are used"));
+  CHECK_THROWS_WITH(growth("05/06/2010", "11/06/2010"),
+                    Contains("growth.csv:3: fecha: '11/06/2010' may be day/month/year"));
+  CHECK_THROWS_WITH(growth("31/02/2010", "1/6/2015"), Contains("fecha: '31/02/2010' is not"));
+}

@@ -562,6 +562,13 @@ CheckedInventory InventoryReader::read() {
     inventory.label_columns.emplace(known_label(label).name, csv_.header()[*source.field]);
   }
   if (plan_.time_field) inventory.label_columns.emplace("time", csv_.header()[*plan_.time_field]);
+  // A status of `visits` is of several columns.
+  if (options_.keeps_measurements && plan_.status_field) {
+    const std::string& status = csv_.header()[*plan_.status_field];
+    if (mapping_to(status, options_.visits) == nullptr) {
+      inventory.label_columns.emplace("status", status);
+    }
+  }
   return std::move(result_);
 }
 

@@ -6,30 +6,140 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
+#include <string>
 #include <unordered_map>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/data/table.hpp"
+#include "trees/column_times.hpp"
 #include "trees/measurement_time.hpp"
 
 namespace silvafit::stand {
 namespace {
 
-double time_in(const std::string& text, const Place& place) {
-  const std::optional<double> years = years_of(text);
-  if (years) return *years;
-  throw InputError(text.empty()
-                       ? std::string("the year or date is missing")
-                       : fmt::format("'{}' is not a year or date, such as 2019, 2019-06-30 or "
-                                     "30.06.2019",
-                                     text),
-                   place);
-}
-
 void add_occasion(MeasuredPlot& plot, double years, const std::string& text) {
   const auto is_same = [years](const Occasion& one) { return is_same_time(one.years, years); };
   if (std::ranges::any_of(plot.occasions, is_same)) return;
   plot.occasions.push_back({.years = years, .text = text});
+}
+
+/// The plots so far, by their names.
+struct PlotList {
+  std::vector<MeasuredPlot> plots{};
+  std::unordered_map<std::string, std::size_t> number_of{};
+
+  MeasuredPlot& named(const std::string& name) {
+    const auto [found, is_new] = number_of.try_emplace(name, plots.size());
+    if (is_new) plots.push_back({.plot = name});
+    return plots[found->second];
+  }
+};
+
+/// The times of an inventory's rows, which years_of() can read.
+std::vector<std::string> times_of_rows(const Inventory& inventory,
+                                       std::vector<std::string>& notes) {
+  const auto column = inventory.label_columns.find("time");
+  ColumnTimes read(inventory.time.levels());
+  std::vector<std::string> times;
+  for (std::size_t row = 0; row < inventory.size(); ++row) {
+    Place place = inventory.place(row);
+    place.column = column == inventory.label_columns.end() ? "year" : column->second;
+    times.push_back(read.read(inventory.plot[row], inventory.time[row], place));
+    required_years_of(times.back(), place);
+  }
+  if (std::string note = read.note(); !note.empty()) notes.push_back(std::move(note));
+  return times;
+}
+
+Place place_of_time(const PlotTable& plots, const PlotRecord& record) {
+  return {.file = plots.file, .line = record.line, .column = "year or date", .plot = record.plot};
+}
+
+/// Plots that have become empty, or were empty, are known by the times of their records.
+void add_times_of(const PlotTable& plots, PlotList& list) {
+  for (const PlotRecord& record : plots.plots) {
+    if (record.time.empty()) continue;
+    const double years = required_years_of(record.time, place_of_time(plots, record));
+    MeasuredPlot& plot = list.named(record.plot);
+    if (!occasion_at(plot, record.time)) add_occasion(plot, years, record.time);
+  }
+}
+
+std::set<double> calendar_years(const MeasuredPlot& plot) {
+  std::set<double> years;
+  for (const Occasion& one : plot.occasions) years.insert(std::floor(one.years));
+  return years;
+}
+
+/// Whether two plots may be of the same campaigns: as many, or one was left out of some.
+bool is_of_campaigns(const MeasuredPlot& plot, const MeasuredPlot& all) {
+  if (plot.occasions.size() == all.occasions.size()) return true;
+  return std::ranges::includes(calendar_years(all), calendar_years(plot));
+}
+
+/// The times of all plots: those of the plot with the most. Their days are those of that plot, so
+/// that only their years count for others.
+/// \throws InputError if plots were measured at other times
+std::vector<Occasion> common_occasions(const std::vector<MeasuredPlot>& plots,
+                                       const std::string& empty,
+                                       const Place& place) {
+  const auto count = [](const MeasuredPlot& plot) { return plot.occasions.size(); };
+  const MeasuredPlot& most = *std::ranges::max_element(plots, {}, count);
+  const auto other = std::ranges::find_if_not(
+      plots, [&most](const MeasuredPlot& plot) { return is_of_campaigns(plot, most); });
+  if (other != plots.end()) {
+    throw InputError(
+        fmt::format("plots without trees and without a time are counted as empty at all times, but "
+                    "the plots {} and {} were measured at different times; give these the year or "
+                    "date of their measurements: {}",
+                    most.plot,
+                    other->plot,
+                    empty),
+        place);
+  }
+  std::vector<Occasion> occasions;
+  for (const double year : calendar_years(most)) {
+    occasions.push_back({.years = year, .text = fmt::format("{:.0f}", year)});
+  }
+  const bool has_equal_times = std::ranges::all_of(plots, [&most](const MeasuredPlot& plot) {
+    return std::ranges::equal(plot.occasions, most.occasions, {}, &Occasion::text, &Occasion::text);
+  });
+  const bool has_short_periods = occasions.size() < most.occasions.size();
+  return has_equal_times || has_short_periods ? most.occasions : occasions;
+}
+
+/// Records without a time hold for all times, so their plots have been empty at all of them.
+void add_empty_plots(const PlotTable& plots,
+                     const std::vector<std::string>& left_out,
+                     PlotList& list) {
+  std::vector<std::string> empty;
+  for (const PlotRecord& record : plots.plots) {
+    const bool is_known = list.number_of.contains(record.plot) ||
+                          std::ranges::find(left_out, record.plot) != left_out.end();
+    if (!is_known) empty.push_back(record.plot);
+  }
+  if (empty.empty()) return;
+  for (MeasuredPlot& plot : list.plots) std::ranges::sort(plot.occasions, {}, &Occasion::years);
+  const std::vector<Occasion> occasions =
+      common_occasions(list.plots, data::list_of(empty), {.file = plots.file});
+  for (const std::string& plot : empty) list.named(plot).occasions = occasions;
+}
+
+void add_trees(const Inventory& inventory, const std::vector<std::string>& times, PlotList& list) {
+  std::map<std::pair<std::size_t, std::string>, std::size_t> number_of_tree;
+  for (std::size_t row = 0; row < inventory.size(); ++row) {
+    const std::size_t number = list.number_of.at(std::string(inventory.plot[row]));
+    MeasuredPlot& plot = list.plots[number];
+    const std::string name(inventory.tree[row]);
+    const auto [found, is_new] = number_of_tree.try_emplace({number, name}, plot.trees.size());
+    if (is_new) {
+      plot.trees.push_back({.tree = name});
+      plot.trees.back().rows.resize(plot.occasions.size());
+    }
+    plot.trees[found->second].rows[*occasion_at(plot, times[row])] = row;
+  }
 }
 
 double between(double first, double second, double share) {
@@ -46,50 +156,40 @@ std::optional<std::size_t> occasion_at(const MeasuredPlot& plot, const std::stri
   return same_time(occasions, *years);
 }
 
-std::vector<MeasuredPlot> measured_plots(const Inventory& inventory, const PlotTable* plots) {
+std::vector<MeasuredPlot> measured_plots(const Inventory& inventory,
+                                         const PlotTable* plots,
+                                         std::vector<std::string>& notes) {
   if (inventory.time.size() == 0) {
     throw InputError(
         "growth needs the year or date of each row; name its column with `columns=year=COLUMN`",
         {.file = inventory.file});
   }
-  std::vector<MeasuredPlot> result;
-  std::unordered_map<std::string, std::size_t> number_of_plot;
-  const auto plot_named = [&](const std::string& name) -> MeasuredPlot& {
-    const auto [found, is_new] = number_of_plot.try_emplace(name, result.size());
-    if (is_new) result.push_back({.plot = name});
-    return result[found->second];
-  };
-  std::vector<double> years;
+  const std::vector<std::string> times = times_of_rows(inventory, notes);
+  PlotList list;
   for (std::size_t row = 0; row < inventory.size(); ++row) {
-    const std::string text(inventory.time[row]);
-    Place place = inventory.place(row);
-    place.column = "year";
-    years.push_back(time_in(text, place));
-    add_occasion(plot_named(std::string(inventory.plot[row])), years.back(), text);
+    MeasuredPlot& plot = list.named(std::string(inventory.plot[row]));
+    add_occasion(plot, *years_of(times[row]), times[row]);
   }
-  if (plots != nullptr && plots->has_time) {
-    for (const PlotRecord& record : plots->plots) {
-      const Place place{
-          .file = plots->file, .line = record.line, .column = "year", .plot = record.plot};
-      const double time = time_in(record.time, place);
-      MeasuredPlot& plot = plot_named(record.plot);
-      if (!occasion_at(plot, record.time)) add_occasion(plot, time, record.time);
-    }
+  if (plots != nullptr) {
+    add_times_of(*plots, list);
+    add_empty_plots(*plots, inventory.plots_left_out, list);
   }
-  for (MeasuredPlot& plot : result) std::ranges::sort(plot.occasions, {}, &Occasion::years);
-  std::map<std::pair<std::size_t, std::string>, std::size_t> number_of_tree;
-  for (std::size_t row = 0; row < inventory.size(); ++row) {
-    const std::size_t number = number_of_plot.at(std::string(inventory.plot[row]));
-    MeasuredPlot& plot = result[number];
-    const std::string name(inventory.tree[row]);
-    const auto [found, is_new] = number_of_tree.try_emplace({number, name}, plot.trees.size());
-    if (is_new) {
-      plot.trees.push_back({.tree = name});
-      plot.trees.back().rows.resize(plot.occasions.size());
-    }
-    plot.trees[found->second].rows[*occasion_at(plot, std::string(inventory.time[row]))] = row;
+  for (MeasuredPlot& plot : list.plots) std::ranges::sort(plot.occasions, {}, &Occasion::years);
+  add_trees(inventory, times, list);
+  return std::move(list.plots);
+}
+
+PlotTable with_times_read(PlotTable plots, std::vector<std::string>& notes) {
+  std::vector<std::string> texts;
+  for (const PlotRecord& record : plots.plots) texts.push_back(record.time);
+  ColumnTimes times(texts);
+  for (PlotRecord& record : plots.plots) {
+    record.time = times.read(record.plot, record.time, place_of_time(plots, record));
   }
-  return result;
+  if (std::string note = times.note(); !note.empty()) {
+    notes.push_back(fmt::format("in the table of plots, {}", note));
+  }
+  return plots;
 }
 
 std::size_t LivingTrees::add(std::size_t row, const std::string& label) {

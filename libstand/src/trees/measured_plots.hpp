@@ -32,9 +32,18 @@ struct MeasuredPlot {
 };
 
 /// Sorts an inventory. Times of the table of plots are included, so that plots that have become
-/// empty, or were empty, have their periods.
-/// \throws InputError if there is no time, or a time is not a year or date
-std::vector<MeasuredPlot> measured_plots(const Inventory& inventory, const PlotTable* plots);
+/// empty, or were empty, have their periods; plots without trees and time have those of the others.
+/// \param plots  with_times_read(), or null
+/// \param notes  gets how dates such as 5/6/2019 were read
+/// \throws InputError if there is no time, a time is not a year or date, or the times of a plot
+///   without trees are unknown
+std::vector<MeasuredPlot> measured_plots(const Inventory& inventory,
+                                         const PlotTable* plots,
+                                         std::vector<std::string>& notes);
+
+/// A table of plots in which dates such as 5/6/2019 have the year first.
+/// \throws as ColumnTimes::read
+PlotTable with_times_read(PlotTable plots, std::vector<std::string>& notes);
 
 /// The occasion of a time; a year matches any date in it, and the other way round. None if there
 /// is no such occasion.

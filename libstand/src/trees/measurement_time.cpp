@@ -41,10 +41,13 @@ std::optional<DateParts> parts_at(std::string_view text, char sign) {
   return DateParts{*a, *b, *c};
 }
 
+/// The century of the year 98 is not known.
+constexpr int kFirstYear = 1000;
+
+constexpr int kMonths = 12;
+
 std::optional<double> years_of_day(int year, int month, int day) {
   using namespace std::chrono;
-  // The century of 98 is not known.
-  constexpr int kFirstYear = 1000;
   if (year < kFirstYear) return std::nullopt;
   const year_month_day date{std::chrono::year(year),
                             std::chrono::month(static_cast<unsigned>(month)),
@@ -56,13 +59,39 @@ std::optional<double> years_of_day(int year, int month, int day) {
   return kYearOfDayZero + static_cast<double>(days) / kDaysPerYear;
 }
 
+/// 06/2019 or 06-2019; a point would be that of a decimal.
+std::optional<double> years_of_month(std::string_view date) {
+  const std::size_t sign = date.find_first_of("/-");
+  if (sign == std::string_view::npos) return std::nullopt;
+  const auto month = digits_of(date.substr(0, sign));
+  const auto year = digits_of(date.substr(sign + 1));
+  constexpr int kMiddle = 15;
+  if (!month || !year || *month > kMonths) return std::nullopt;
+  return years_of_day(*year, *month, kMiddle);
+}
+
 bool is_year(double years) { return years == std::floor(years); }
+
+/// A text without its time of day.
+std::string_view date_in(std::string_view text) {
+  text = data::trimmed(text);
+  return text.substr(0, text.find_first_of(" T"));
+}
+
+/// The parts of a date whose year is the last number, and whose day may be any of the others.
+std::optional<DateParts> parts_with_year_last(std::string_view text) {
+  for (const char sign : {'/', '-'}) {
+    const auto parts = parts_at(date_in(text), sign);
+    if (parts && parts->third >= kFirstYear) return parts;
+  }
+  return std::nullopt;
+}
 
 }  // namespace
 
 std::optional<double> years_of(std::string_view text) {
   text = data::trimmed(text);
-  const std::string_view date = text.substr(0, text.find_first_of(" T"));
+  const std::string_view date = date_in(text);
   for (const char sign : {'-', '/'}) {
     if (const auto parts = parts_at(date, sign); parts && date.find(sign) == 4) {
       return years_of_day(parts->first, parts->second, parts->third);
@@ -71,6 +100,7 @@ std::optional<double> years_of(std::string_view text) {
   if (const auto parts = parts_at(date, '.')) {
     return years_of_day(parts->third, parts->second, parts->first);
   }
+  if (const auto month = years_of_month(date)) return month;
   constexpr std::size_t kDigitsOfDay = 8;  // 20190630
   if (text.size() == kDigitsOfDay) {
     const auto own_year = digits_of(text.substr(0, 4));
@@ -81,6 +111,29 @@ std::optional<double> years_of(std::string_view text) {
   double year = 0.0;
   if (data::parse_number(text, year) && year >= 1000.0 && year < 3000.0) return year;
   return std::nullopt;
+}
+
+DayPlace day_place(const std::vector<std::string>& times) {
+  bool is_other_date = false;
+  for (const std::string& time : times) {
+    const auto parts = parts_with_year_last(time);
+    if (!parts) continue;
+    if (parts->first > kMonths) return DayPlace::kFirst;
+    if (parts->second > kMonths) return DayPlace::kSecond;
+    is_other_date = is_other_date || parts->first != parts->second;
+  }
+  return is_other_date ? DayPlace::kUnknown : DayPlace::kFirst;
+}
+
+std::string with_year_first(std::string_view time, DayPlace place) {
+  const auto parts = parts_with_year_last(time);
+  if (!parts) return std::string(time);
+  if (place == DayPlace::kUnknown) return fmt::format("{}", parts->third);
+  const bool is_day_first = place == DayPlace::kFirst;
+  const int day = is_day_first ? parts->first : parts->second;
+  const int month = is_day_first ? parts->second : parts->first;
+  if (!years_of_day(parts->third, month, day)) return std::string(time);
+  return fmt::format("{}-{:02}-{:02}", parts->third, month, day);
 }
 
 bool is_same_time(double left, double right) {

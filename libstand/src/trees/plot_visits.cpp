@@ -47,14 +47,14 @@ struct TimeOfPlot {
 };
 
 /// Sets the place of a time among others: its year or date, or the number of the visit.
-void read_time(TimeOfPlot& time) {
+void read_time(TimeOfPlot& time, DayPlace place) {
   double number = 0.0;
-  if (const auto years = years_of(time.text)) {
+  if (const auto years = years_of(with_year_first(time.text, place))) {
     time.years = *years;
   } else if (data::parse_number(time.text, number) && number < kMostVisits) {
     time.years = number;
   } else if (const std::size_t slash = time.text.rfind('/'); slash != std::string_view::npos) {
-    // 5/6/2019 may be a day of May or of June; its year is known.
+    // The year of a day that does not exist.
     const auto year = years_of(time.text.substr(slash + 1));
     if (year) time.years = *year;
   }
@@ -149,6 +149,7 @@ class PlotsAtTimes {
   void find_several(std::uint32_t plot, std::string_view time);
   TimeOfPlot* time_of(std::uint32_t plot, std::string_view text);
 
+  DayPlace day_place_ = DayPlace::kUnknown;
   std::vector<std::string_view> first_time_;  ///< by plot
   std::vector<char> has_several_;
   std::map<std::uint32_t, std::vector<TimeOfPlot>> plots_{};
@@ -158,6 +159,9 @@ PlotsAtTimes::PlotsAtTimes(const Inventory& inventory,
                            const data::TextColumn& times,
                            const TimedTrees& skipped)
     : first_time_(inventory.plot.levels().size()), has_several_(first_time_.size(), 0) {
+  std::vector<std::string> texts(times.levels().begin(), times.levels().end());
+  texts.insert(texts.end(), skipped.time.levels().begin(), skipped.time.levels().end());
+  day_place_ = day_place(texts);
   const auto for_each = [&](const auto& use, const auto& use_skipped) {
     for (std::size_t row = 0; row < times.size(); ++row) {
       if (!times.is_missing(row) && !inventory.plot.is_missing(row)) use(row);
@@ -191,7 +195,7 @@ std::vector<std::uint32_t> PlotsAtTimes::once_before(const TimeOfPlot& other) co
   for (std::uint32_t plot = 0; plot < first_time_.size(); ++plot) {
     if (has_several_[plot] != 0 || first_time_[plot].empty()) continue;
     TimeOfPlot time{.text = first_time_[plot]};
-    read_time(time);
+    read_time(time, day_place_);
     if (years_between(time, other) > kLongestCampaign) plots.push_back(plot);
   }
   return plots;
@@ -209,7 +213,7 @@ TimeOfPlot* PlotsAtTimes::time_of(std::uint32_t plot, std::string_view text) {
   const auto known = std::ranges::find(times, text, &TimeOfPlot::text);
   if (known != times.end()) return &*known;
   times.push_back({.text = text});
-  read_time(times.back());
+  read_time(times.back(), day_place_);
   return &times.back();
 }
 

@@ -20,6 +20,7 @@
 #include "silvafit/data/expression.hpp"
 #include "silvafit/data/text_formula.hpp"
 #include "trees/column_sources.hpp"
+#include "trees/usual_names.hpp"
 
 namespace silvafit::stand {
 namespace {
@@ -58,6 +59,7 @@ struct ShorterFirst {
 /// The columns of one measure at several times.
 struct WideColumn {
   std::string name{};       ///< of the new column
+  std::string measure{};    ///< the same without a unit
   std::string time_name{};  ///< of the column of the times
   std::map<std::string, std::size_t> field_at{};
 };
@@ -74,7 +76,9 @@ WideColumn wide_column(const ColumnMapping& visit, const data::CsvReader& reader
   }
   const std::string before = visit.source.substr(0, open);
   const std::string after = visit.source.substr(close + 1);
-  WideColumn wide{.name = visit.name, .time_name = visit.source.substr(open + 1, close - open - 1)};
+  WideColumn wide{.name = visit.name,
+                  .measure = visit.name,
+                  .time_name = visit.source.substr(open + 1, close - open - 1)};
   std::set<std::string> units;
   for (std::size_t i = 0; i < header.size(); ++i) {
     const std::string& name = header[i];
@@ -113,6 +117,9 @@ class Visits {
   Names header() const;
   void add(const Fields& fields, const data::CsvReader& reader, data::TableText& text) const;
   std::string note() const;
+  /// The patterns of columns with the same times in their names that are not read, with the
+  /// standard names that they mean, or NAME.
+  std::vector<ColumnMapping> unread() const;
 
  private:
   const Names& old_;
@@ -167,8 +174,7 @@ void Visits::add(const Fields& fields, const data::CsvReader& reader, data::Tabl
     for (const WideColumn& wide : wide_) {
       const auto field = wide.field_at.find(time);
       row.push_back(field == wide.field_at.end() ? std::string_view() : fields[field->second]);
-      is_visited =
-          is_visited || !(reader.is_missing(row.back()) || data::is_missing_number(row.back()));
+      is_visited = is_visited || !is_missing_text(row.back(), wide.measure, reader);
     }
     if (is_visited) add_record(row, reader.line(), text);
   }
@@ -179,6 +185,70 @@ std::string Visits::note() const {
                      counted(times_.size(), "time", "times"),
                      wide_.front().time_name,
                      fmt::join(times_, ", "));
+}
+
+/// The pattern of a column whose name has a time in it, not as a part of a longer number; empty if
+/// it has none.
+std::string pattern_with(const std::string& column,
+                         const std::string& time,
+                         const std::string& time_name) {
+  const std::size_t at = column.find(time);
+  if (at == std::string::npos) return {};
+  const auto is_digit = [&column](std::size_t i) {
+    return i < column.size() && std::isdigit(static_cast<unsigned char>(column[i])) != 0;
+  };
+  if ((at > 0 && is_digit(at - 1)) || is_digit(at + time.size())) return {};
+  return column.substr(0, at) + "{" + time_name + "}" + column.substr(at + time.size());
+}
+
+std::vector<ColumnMapping> Visits::unread() const {
+  std::map<std::string, std::size_t> columns_of;
+  for (const std::size_t field : kept_) {
+    for (const std::string& time : times_) {
+      const std::string pattern = pattern_with(old_[field], time, wide_.front().time_name);
+      if (!pattern.empty()) ++columns_of[pattern];
+    }
+  }
+  std::vector<ColumnMapping> unread;
+  for (const auto& [pattern, columns] : columns_of) {
+    const std::size_t open = pattern.find('{');
+    const auto meant =
+        meant_name(pattern.substr(0, open) + pattern.substr(pattern.find('}', open) + 1));
+    // One column with a number may be anything.
+    const bool is_standard = meant && meant->fit != NameFit::kConverted;
+    if (is_standard) unread.push_back({std::string(meant->name), pattern});
+    if (!is_standard && columns > 1) unread.push_back({"NAME", pattern});
+  }
+  return unread;
+}
+
+/// The note on columns of visits that are not read.
+/// \throws UsageError if the status is one of them and growth would take all trees as living
+std::string describe_unread(const Visits& visits,
+                            const InventoryOptions& options,
+                            const std::string& file) {
+  const std::vector<ColumnMapping> unread = visits.unread();
+  if (unread.empty()) return {};
+  std::string patterns;
+  std::string setting;
+  for (const ColumnMapping& visit : options.visits) {
+    setting += fmt::format("{}{}={}", setting.empty() ? "" : ",", visit.name, visit.source);
+  }
+  for (const ColumnMapping& visit : unread) {
+    patterns += (patterns.empty() ? "" : ", ") + visit.source;
+    setting += fmt::format(",{}={}", visit.name, visit.source);
+  }
+  const std::string text = fmt::format(
+      "the columns {} have the times of the visits in their names, too, but are not "
+      "read; read them with `visits={}`",
+      patterns,
+      setting);
+  const bool has_status = mapping_to("status", unread) != nullptr &&
+                          mapping_to("status", options.visits) == nullptr &&
+                          mapping_to("status", options.columns) == nullptr;
+  if (!has_status || !options.keeps_measurements) return text;
+  throw UsageError(text + "; without the status, dead trees would count as survivors",
+                   {.file = file, .column = "`visits`"});
 }
 
 /// Prepares one table; an object, because its steps share the text.
@@ -234,6 +304,8 @@ void Preparation::take_rows() {
   if (visits) {
     head->layout.units.clear();
     notes_.push_back(visits->note());
+    std::string unread = describe_unread(*visits, wanted_, reader_.file());
+    if (!unread.empty()) notes_.push_back(std::move(unread));
   }
   text->head = std::move(head);
   text_ = std::move(text);

@@ -47,6 +47,18 @@ TEST_CASE("columns of visits become a row for each time") {
                     Contains("is not a pattern of columns such as DBH_{year}"));
 }
 
+TEST_CASE("columns with the times of visits that are not read are named") {
+  const auto visits = parse_column_mappings("dbh=DBH_{year}");
+  CHECK_THAT(prepared_table(csv(kWide), {.visits = visits}).note,
+             Contains("the columns H_{year}") && Contains("`visits=dbh=DBH_{year},h=H_{year}`"));
+  const char* const text = "tree,DBH_2019,DBH_2024,Zustand_2019,Zustand_2024\n1,20,21,lebend,tot\n";
+  InventoryOptions options{.visits = visits};
+  CHECK_THAT(prepared_table(csv(text), options).note, Contains("Zustand_{year}"));
+  options.keeps_measurements = true;
+  CHECK_THROWS_WITH(prepared_table(csv(text), options),
+                    Contains("`visits=dbh=DBH_{year},status=Zustand_{year}`"));
+}
+
 TEST_CASE("the unit of visits is that of their columns") {
   const char* const text = "tree,D_2019 (mm),D_2024 (mm)\n1,205,221\n";
   InventoryOptions options{.trust_units = true};
