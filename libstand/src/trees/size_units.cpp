@@ -82,6 +82,7 @@ struct Medians {
   double dbh_cm = 0.0;
   double h_m = 0.0;
   double slenderness = 0.0;  ///< of the trees' ratios h/dbh, both in the same unit
+  std::size_t trees = 0;     ///< that have both
 
   /// The height at which a stem of the median dbh buckles.
   double highest_m() const {
@@ -147,7 +148,9 @@ Judge::Judge(const std::vector<SizeColumn>& columns, const std::string& file)
   }
   medians_ = {.dbh_cm = positive_median(dbh),
               .h_m = positive_median(h),
-              .slenderness = positive_median(ratios)};
+              .slenderness = positive_median(ratios),
+              .trees = static_cast<std::size_t>(
+                  std::ranges::count_if(ratios, [](double ratio) { return ratio > 0.0; }))};
 }
 
 const SizeColumn* Judge::column(std::string_view name) const {
@@ -161,13 +164,16 @@ std::span<const double> Judge::values(std::string_view name) const {
 }
 
 bool Judge::is_dbh_wrong() const {
+  constexpr double kThick = 60.0;
   constexpr double kStoutest = 12.0;
+  constexpr std::size_t kEnough = 10;  // a few trees may all be odd ones
   constexpr double kSlenderest = 600.0;
-  const auto& [dbh, h, slenderness] = medians_;
+  const auto& [dbh, h, slenderness, trees] = medians_;
+  const bool is_stout =
+      slenderness > 0.0 && slenderness < kStoutest && (dbh > kThick || trees >= kEnough);
   // Giants are tall, too: known heights decide.
   const bool has_heights = h > 0.0 && h < kHeightOfStandMeters;
-  const bool is_too_thick =
-      has_heights ? slenderness > 0.0 && slenderness < kStoutest : dbh > kDbhOfStandCentimeters;
+  const bool is_too_thick = has_heights ? is_stout : dbh > kDbhOfStandCentimeters;
   const bool is_too_thin =
       dbh > 0.0 && dbh < kThin && (h == 0.0 || (has_heights && slenderness > kSlenderest));
   return is_too_thick || is_too_thin;
