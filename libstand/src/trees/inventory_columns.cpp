@@ -51,6 +51,7 @@ class Planner {
   double full_circle(const std::string& column, const std::string& position) const;
   bool is_read_as(std::string_view name, const std::string& column) const;
   std::optional<std::size_t> genus_field(const ColumnPlan& plan) const;
+  std::vector<std::size_t> unread_fields(const ColumnPlan& plan) const;
   void collect_expression_fields(ColumnPlan& plan) const;
   void refuse_unread(const std::string& name) const;
   void collect_others(ColumnPlan& plan) const;
@@ -291,6 +292,34 @@ std::optional<std::size_t> Planner::tally_field(const ColumnPlan& plan) const {
   return std::nullopt;
 }
 
+/// Fields that nothing reads. Columns that are only kept for models are among them.
+std::vector<std::size_t> Planner::unread_fields(const ColumnPlan& plan) const {
+  std::vector<char> is_read(header_.size(), 0);
+  const auto note = [&is_read](const std::optional<std::size_t>& field) {
+    if (field) is_read[*field] = 1;
+  };
+  const auto note_all = [&is_read](const std::vector<std::size_t>& fields) {
+    for (const std::size_t field : fields) is_read[field] = 1;
+  };
+  for (const Source& label : plan.labels) {
+    note(label.field);
+    note_all(label.joined);
+  }
+  for (const Source& measure : plan.measures) note(measure.field);
+  for (const ExpressionField& used : plan.expression_fields) is_read[used.field] = 1;
+  for (const auto& field :
+       {plan.time_field, plan.stem_field, plan.status_field, plan.tally_field, plan.genus_field}) {
+    note(field);
+  }
+  note_all(plan.unit_fields);
+  note_all(plan.location);
+  std::vector<std::size_t> fields;
+  for (std::size_t field = 0; field < header_.size(); ++field) {
+    if (is_read[field] == 0 && !header_[field].empty()) fields.push_back(field);
+  }
+  return fields;
+}
+
 ColumnPlan Planner::plan() {
   ColumnPlan plan;
   const auto is_looked_for = [this](const std::string& name) {
@@ -319,7 +348,6 @@ ColumnPlan Planner::plan() {
   const auto status =
       status_column(header_, options_.columns, options_.status_codes, options_.dead, file_);
   if (status) plan.status_field = field_named(*status);
-  if (!status) plan.remarks = remark_fields(header_);
   plan.filled_down = filled_fields(options_, header_, file_);
   require_needed(plan);
   collect_expression_fields(plan);
@@ -333,6 +361,7 @@ ColumnPlan Planner::plan() {
   plan.location = location_of_visits(plan, known);
   plan.tally_field = tally_field(plan);
   plan.genus_field = genus_field(plan);
+  plan.unread = unread_fields(plan);
   const ColumnMapping* const azimuth = mapping_to("azimuth", options_.columns);
   const bool is_read = plan.measures[kX].expression && azimuth != nullptr;
   if (is_read) plan.azimuth = mapped(*azimuth).expression;

@@ -81,7 +81,7 @@ struct ColumnPlan {
   std::optional<std::size_t> status_field{};         ///< alive, dead, cut
   std::optional<std::size_t> tally_field{};          ///< that may be the number of trees of a row
   std::optional<std::size_t> genus_field{};          ///< beside a column of species
-  std::vector<std::size_t> remarks{};                ///< fields that may tell it, without a status
+  std::vector<std::size_t> unread{};                 ///< fields that nothing reads, or only keeps
   std::vector<std::size_t> filled_down{};            ///< fields of --fill-down
   std::vector<ExpressionField> expression_fields{};  ///< of all measures' expressions
   std::optional<data::Expression> azimuth{};         ///< if the user computes it

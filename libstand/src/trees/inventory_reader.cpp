@@ -11,7 +11,6 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
-#include "silvafit/data/program.hpp"
 #include "silvafit/stand/plot_table.hpp"
 #include "silvafit/stand/similar_plots.hpp"
 #include "trees/measurement_time.hpp"
@@ -19,40 +18,9 @@
 namespace silvafit::stand {
 namespace {
 
-bool is_missing(std::string_view field) {
-  return data::is_missing_field(field) || field == "NaN" || field == "nan";
-}
-
 std::string_view name_of(TreeStatus status) {
   if (status == TreeStatus::kNotInSample) return "not in the sample";
   return status == TreeStatus::kDead ? "dead" : "cut, fallen or a stump";
-}
-
-/// Fields that nothing reads. Columns that are only kept for models are among them.
-std::vector<std::size_t> unread_fields(const ColumnPlan& plan,
-                                       const std::vector<std::string>& header) {
-  std::vector<char> is_read(header.size(), 0);
-  const auto note = [&is_read](const auto& field) {
-    if (field) is_read[*field] = 1;
-  };
-  const auto note_all = [&is_read](const std::vector<std::size_t>& fields) {
-    for (const std::size_t field : fields) is_read[field] = 1;
-  };
-  for (const Source& label : plan.labels) {
-    note(label.field);
-    note_all(label.joined);
-  }
-  for (const Source& measure : plan.measures) note(measure.field);
-  for (const ExpressionField& used : plan.expression_fields) is_read[used.field] = 1;
-  for (const auto& field : {plan.time_field, plan.stem_field, plan.status_field, plan.tally_field})
-    note(field);
-  note_all(plan.unit_fields);
-  note_all(plan.location);
-  std::vector<std::size_t> fields;
-  for (std::size_t field = 0; field < header.size(); ++field) {
-    if (is_read[field] == 0 && !header[field].empty()) fields.push_back(field);
-  }
-  return fields;
 }
 
 }  // namespace
@@ -74,218 +42,12 @@ InventoryReader::InventoryReader(const data::TableSource& source,
   for (const std::size_t field : plan_.filled_down) csv_.fill_down(field);
   shared_labels_.resize(plan_.unit_fields.size());
   for (InventoryRow& row : block_) row.units.resize(plan_.unit_fields.size());
-  for (const std::size_t field : unread_fields(plan_, csv_.header())) {
-    unread_fields_.push_back(field);
-    unread_.emplace_back(csv_.header()[field]);
-  }
+  for (const std::size_t field : plan_.unread) unread_.emplace_back(csv_.header()[field]);
   if (!plan_.status_field) unread_.emplace_back(plan_.labels[kSpecies].text);
   if (plan_.status_field) {
     status_ =
         StatusColumn(csv_.header()[*plan_.status_field], options_.status_codes, csv_.header());
   }
-}
-
-/// In a file with decimal commas, a number with both marks shows that points separate thousands:
-/// 1.001 in another row would be read as 1 m.
-void InventoryReader::refuse_both_marks(std::string_view text, const std::string& column) const {
-  const bool has_both =
-      text.find(',') != std::string_view::npos && text.find('.') != std::string_view::npos;
-  if (!has_both || !csv_.has_decimal_commas()) return;
-  throw InputError(
-      fmt::format("'{}' has a point and a comma; write numbers without separators of thousands",
-                  text),
-      {.file = csv_.file(), .line = csv_.line(), .column = column});
-}
-
-/// The marks of all columns that were read as numbers, at the end of the file.
-void InventoryReader::require_clear_marks() const {
-  std::vector<std::size_t> fields;
-  for (const Source& source : plan_.measures) {
-    if (source.field) fields.push_back(*source.field);
-  }
-  for (const ExpressionField& source : plan_.expression_fields) {
-    if (!source.is_text) fields.push_back(source.field);
-  }
-  csv_.require_clear_marks(fields);
-}
-
-double InventoryReader::number_in(std::size_t position,
-                                  std::string_view field,
-                                  const std::string& column,
-                                  bool is_position,
-                                  InventoryRow& row) {
-  const std::string_view text = data::trimmed(field);
-  double value = 0.0;
-  const bool is_number = csv_.read_number(position, text, value) && !std::isnan(value);
-  csv_.require_one_mark(position);
-  const bool is_code = is_number
-                           ? value < 0.0 && is_missing_number_of(is_position ? "x" : "h", value)
-                           : data::is_missing_number(text);
-  const bool is_further_code = !options_.missing.empty() && csv_.is_missing(text);
-  if (is_number && !is_code && !is_further_code) return value;
-  if (is_code || is_further_code) {
-    if (!is_missing(text)) codes_.add(column, text);
-    return data::kMissing;
-  }
-  refuse_both_marks(text, column);
-  const bool has_comma = text.find(',') != std::string_view::npos;
-  const bool has_thousands = has_comma && text.find('.') != std::string_view::npos;
-  const char* const advice =
-      has_thousands ? "thousands are written without a separator"
-      : has_comma   ? "decimals need a point"
-                    : "leave missing values empty or write NA, or name other codes with `missing`";
-  row.unreadable.push_back({.column = column,
-                            .value = std::string(text),
-                            .reason = fmt::format("'{}' is not a number; {}", text, advice)});
-  return data::kMissing;
-}
-
-/// An azimuth beyond a circle shows that the whole column has another unit.
-void InventoryReader::require_direction(const ExpressionField& source, double value) const {
-  if (source.full_circle == 0.0 || std::isnan(value)) return;
-  if (value >= 0.0 && value <= source.full_circle) return;
-  const std::string column = data::Expression::variable(source.name).text();
-  const std::string unit =
-      value < 0.0 ? fmt::format(
-                        "if the column goes from -180 to 180, use "
-                        "`columns=azimuth=ifelse({0} < 0, {0} + 360, {0})`",
-                        column)
-      : value <= 400.0 ? fmt::format("if it is in gon, use `columns=azimuth={}*0.9`", column)
-                       : fmt::format("if it is in mils, use `columns=azimuth={}*360/6400`", column);
-  throw InputError(fmt::format("the azimuth {} is not from 0 to {}; {}; leave unknown directions "
-                               "empty, or name their code with `missing`",
-                               value,
-                               source.full_circle,
-                               unit),
-                   {.file = csv_.file(), .line = csv_.line(), .column = source.name});
-}
-
-/// Declinations and bearings taken backwards add up to half a circle to a direction.
-void InventoryReader::require_computed_directions(const data::Table& table) const {
-  const std::vector<double> values = data::evaluate(*plan_.azimuth, table);
-  for (std::size_t row = 0; row < block_size_; ++row) {
-    if (std::isnan(values[row]) || (values[row] >= -180.0 && values[row] <= 540.0)) continue;
-    throw InputError(fmt::format("the azimuth {} by '{}' is no direction in degrees",
-                                 values[row],
-                                 plan_.azimuth->text()),
-                     {.file = csv_.file(), .line = block_[row].line, .column = "azimuth"});
-  }
-}
-
-/// 0 in a measure that cannot be 0 is a missing-value code.
-void InventoryReader::find_missing_zeros(Measures& measures) {
-  for (std::size_t i = 0; i < kMeasureCount; ++i) {
-    if (measures[i] != 0.0 || !is_zero_missing(known_measure(i).name)) continue;
-    codes_.add(plan_.measures[i].text, "0");
-    measures[i] = data::kMissing;
-  }
-  const bool has_no_crown =
-      std::isnan(measures[kCw]) &&
-      std::ranges::all_of(kRadii, [&](Measure radius) { return measures[radius] == 0.0; });
-  if (!has_no_crown) return;
-  for (const Measure radius : kRadii) {
-    codes_.add(plan_.measures[radius].text, "0");
-    measures[radius] = data::kMissing;
-  }
-}
-
-void InventoryReader::read_row(const std::vector<std::string_view>& fields,
-                               InventoryRow& row,
-                               std::size_t position) {
-  row.line = csv_.line();
-  row.unreadable.clear();
-  for (std::size_t i = 0; i < kLabelCount; ++i) {
-    const Source& source = plan_.labels[i];
-    if (source.field) row.labels[i] = data::trimmed(fields[*source.field]);
-    if (source.joined.empty()) continue;
-    std::vector<std::string_view> parts;
-    for (const std::size_t field : source.joined) parts.push_back(fields[field]);
-    row.labels[i] = joined_label(parts);
-  }
-  if (plan_.time_field) row.time = data::trimmed(fields[*plan_.time_field]);
-  for (std::size_t i = 0; i < plan_.unit_fields.size(); ++i) {
-    row.units[i] = data::trimmed(fields[plan_.unit_fields[i]]);
-  }
-  if (plan_.genus_field) row.genus = data::trimmed(fields[*plan_.genus_field]);
-  if (plan_.stem_field) row.stem = data::trimmed(fields[*plan_.stem_field]);
-  row.location.clear();
-  for (const std::size_t field : plan_.location) {
-    row.location += fmt::format("{}{}", row.location.empty() ? "" : "-", fields[field]);
-  }
-  if (plan_.status_field) row.status = data::trimmed(fields[*plan_.status_field]);
-  double trees = 0.0;
-  if (plan_.tally_field && data::parse_number(data::trimmed(fields[*plan_.tally_field]), trees)) {
-    ++tally_rows_;
-    if (trees != 1.0) ++tally_others_;
-    if (trees > 1.0 && trees == std::floor(trees)) ++tally_several_;
-    if (trees == 0.0) ++tally_none_;
-  }
-  row.status_words.clear();
-  for (std::size_t i = 0; i < unread_fields_.size(); ++i) {
-    const std::string* const word = unread_[i].find(data::trimmed(fields[unread_fields_[i]]));
-    if (word != nullptr) row.status_words.emplace_back(i, word);
-  }
-  for (std::size_t i = 0; i < kMeasureCount; ++i) {
-    const Source& source = plan_.measures[i];
-    const bool is_position = known_measure(i).is_position();
-    row.measures[i] = data::kMissing;
-    if (!source.field) continue;
-    const std::size_t field = *source.field;
-    row.measures[i] = number_in(field, fields[field], source.text, is_position, row);
-  }
-  for (std::size_t i = 0; i < plan_.expression_fields.size(); ++i) {
-    const ExpressionField& source = plan_.expression_fields[i];
-    if (!source.is_text) {
-      double& value = expression_numbers_[i][position];
-      value = number_in(source.field, fields[source.field], source.name, source.is_position, row);
-      require_direction(source, value);
-      if (source.is_distance && value < 0.0) {
-        throw InputError(
-            fmt::format("the distance {} is negative; leave unknown distances empty, or name their "
-                        "code with `missing`",
-                        value),
-            {.file = csv_.file(), .line = csv_.line(), .column = source.name});
-      }
-    } else if (is_missing(data::trimmed(fields[source.field]))) {
-      expression_texts_[i].append_missing();
-    } else {
-      expression_texts_[i].append(data::trimmed(fields[source.field]));
-    }
-  }
-}
-
-bool InventoryReader::read_block() {
-  expression_numbers_.assign(plan_.expression_fields.size(), std::vector<double>(kBlockRows));
-  expression_texts_.assign(plan_.expression_fields.size(), {});
-  std::vector<std::string_view> fields;
-  block_size_ = 0;
-  while (block_size_ < kBlockRows && csv_.next(fields)) {
-    read_row(fields, block_[block_size_], block_size_);
-    ++block_size_;
-  }
-  evaluate_expressions();
-  return block_size_ > 0;
-}
-
-void InventoryReader::evaluate_expressions() {
-  const auto is_computed = [](const Source& source) { return source.expression.has_value(); };
-  if (block_size_ == 0 || std::ranges::none_of(plan_.measures, is_computed)) return;
-  data::Table table(block_size_);
-  for (std::size_t i = 0; i < plan_.expression_fields.size(); ++i) {
-    const ExpressionField& field = plan_.expression_fields[i];
-    expression_numbers_[i].resize(block_size_);
-    if (field.is_text) {
-      table.set(field.name, std::move(expression_texts_[i]));
-    } else {
-      table.set(field.name, std::move(expression_numbers_[i]));
-    }
-  }
-  for (std::size_t i = 0; i < kMeasureCount; ++i) {
-    if (!plan_.measures[i].expression) continue;
-    const std::vector<double> values = data::evaluate(*plan_.measures[i].expression, table);
-    for (std::size_t row = 0; row < block_size_; ++row) block_[row].measures[i] = values[row];
-  }
-  if (plan_.azimuth) require_computed_directions(table);
 }
 
 /// Sets the default labels of columns that the file lacks.

@@ -28,6 +28,11 @@
 
 namespace silvafit::stand {
 
+/// Whether a label or text is missing.
+inline bool is_missing(std::string_view field) {
+  return data::is_missing_field(field) || field == "NaN" || field == "nan";
+}
+
 /// A row of the current block.
 struct InventoryRow {
   std::size_t line = 0;
@@ -39,7 +44,7 @@ struct InventoryRow {
   std::string genus{};               ///< as time
   std::string status{};              ///< as time
   std::string measured_plot{};       ///< with InventoryOptions::period: the plot, without the time
-  /// Words of dead or cut trees, with their positions in InventoryReader::unread_fields_.
+  /// Words of dead or cut trees, with their positions in ColumnPlan::unread.
   std::vector<std::pair<std::size_t, const std::string*>> status_words{};
   Measures measures{};
   std::vector<ExcludedRow> unreadable{};  ///< fields that should be numbers but are not
@@ -148,8 +153,7 @@ class InventoryReader {
   data::MissingCodes codes_{};
   StatusColumn status_{};
   SpeciesSpellings spellings_{};
-  std::vector<std::size_t> unread_fields_{};
-  std::vector<StatusWords> unread_{};  ///< of unread_fields_, and of species without a status
+  std::vector<StatusWords> unread_{};  ///< of ColumnPlan::unread, and of species without a status
   std::vector<std::string> plots_of_dead_{};  ///< without a living tree so far
   std::size_t empty_plots_ = 0;               ///< rows with an empty plot below a filled one
   std::size_t empty_plots_run_ = 0;           ///< the last such rows

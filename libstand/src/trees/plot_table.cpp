@@ -435,10 +435,8 @@ PlotTable PlotTableReader::read() {
   result_.has_time = sources_.contains(time);
   result_.has_slope = sources_.contains("slope") || sources_.contains("slope_percent");
   if (const auto slope = sources_.find("slope"); slope != sources_.end()) {
-    const std::string letters = folded_letters(slope->second);
-    result_.slope_lacks_unit = letters.find("deg") == std::string::npos &&
-                               letters.find("grad") == std::string::npos &&
-                               slope->second.find("°") == std::string::npos;
+    result_.slope_lacks_unit = header_parts(slope->second).other_unit.empty() &&
+                               folded_letters(slope->second).find("deg") == std::string::npos;
   }
   result_.has_center = sources_.contains("x") && sources_.contains("y");
   std::vector<PlotRecord> rows = records();

@@ -156,14 +156,6 @@ std::vector<std::size_t> fields_of_units(const Names& header) {
   return fields_named(kNames, header);
 }
 
-std::vector<std::size_t> remark_fields(const Names& header) {
-  constexpr std::string_view kNames =
-      "remark remarks comment comments note notes bemerkung bemerkungen anmerkung anmerkungen "
-      "remarque remarques observation observations observacion observaciones observacao "
-      "observacoes osservazioni huomautus huomautukset anmarkning uwagi poznamka 备注";
-  return fields_named(kNames, header);
-}
-
 /// Positions and numbers of trees are different in each row, and other columns of many different
 /// texts are names: neither has words of the status.
 bool StatusWords::is_given_up() const {
@@ -173,7 +165,8 @@ bool StatusWords::is_given_up() const {
 }
 
 const std::string* StatusWords::find(std::string_view value) {
-  if (value.empty()) return nullptr;
+  const bool has_only_numbers = numbers_ == values_.size();
+  if (value.empty() || (has_only_numbers && is_given_up())) return nullptr;
   auto known = values_.find(value);
   if (known == values_.end()) {
     if (is_given_up()) return nullptr;

@@ -26,9 +26,6 @@ std::string describe_unread_columns(const std::vector<std::string>& header,
 /// The fields of stands, clusters and other units of several plots, by their usual names.
 std::vector<std::size_t> fields_of_units(const std::vector<std::string>& header);
 
-/// The fields of remarks and notes, by their usual names.
-std::vector<std::size_t> remark_fields(const std::vector<std::string>& header);
-
 /// Counts words of dead or cut trees in a column that is not read as their status.
 class StatusWords {
  public:
