@@ -7,6 +7,7 @@
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/model_texts.hpp"
 
 using namespace silvafit;
 using namespace silvafit::fit;
@@ -374,4 +375,44 @@ TEST_CASE("an optimum at the edge of the domain is found where the slope is infi
   CHECK(fit.estimate[1] == Approx(slope).epsilon(1e-9));
   CHECK(fit.estimate[0] == Approx((sy - slope * kSx) / kN).margin(1e-8));
   CHECK_THAT(fit.convergence.verdict(), Contains("c = 0, its lower bound"));
+}
+
+TEST_CASE("bounds may hold all coefficients of a mixed model") {
+  // The curve is 20 x^1.8/(8^1.8 + x^1.8), which all bounds exclude, so that no coefficient is free
+  // and the rest is the fit with all three held. A search far outwards finds no value there.
+  Random random(8);
+  std::vector<double> x;
+  std::vector<double> y;
+  data::TextColumn group;
+  for (int g = 0; g < 8; ++g) {
+    const double asymptote = 20.0 + 2.0 * random.normal();
+    for (int i = 0; i < 8; ++i) {
+      x.push_back(random.uniform(0.5, 30.0));
+      const double power = std::pow(x.back() / 8.0, 1.8);
+      y.push_back(asymptote * power / (1.0 + power) + 0.6 * random.normal());
+      group.append("g" + std::to_string(g));
+    }
+  }
+  data::Table table;
+  table.set("x", x);
+  table.set("y", y);
+  table.set("g", group);
+  const ModelSpecification model =
+      specify_model({.formula = "y ~ V*x^n/(K^n + x^n)", .random = "V | g"}, table);
+  const std::map<std::string, double> ends{{"V", 26.0}, {"n", 2.4}, {"K", 11.0}};
+  FitModelOptions options;
+  for (const auto& [name, value] : ends) options.bounds[name] = {.low = value};
+  for (const Method method :
+       {Method::kLindstromBates, Method::kLaplace, Method::kInteraction, Method::kQuadrature}) {
+    options.method = method;
+    const FittedModel fit = fit_model(model, table, options).fit;
+    INFO(word_of(method) << ": " << fit.convergence.verdict());
+    REQUIRE(fit.convergence.converged());
+    const FittedModel held = fit_model(model, table, {.method = method, .fixed = ends}).fit;
+    // At least as high as at the corner.
+    CHECK(fit.log_likelihood >= held.log_likelihood - 1e-6);
+    for (std::size_t j = 0; j < fit.coefficient_names.size(); ++j) {
+      CHECK(fit.estimate[static_cast<Eigen::Index>(j)] >= ends.at(fit.coefficient_names[j]));
+    }
+  }
 }
