@@ -326,16 +326,36 @@ FitResult fit_nearby(const NonlinearModel& model,
   return result;
 }
 
-/// The best known optimum within the bounds: of the fit without bounds, of pooled least squares, or
-/// one of the same mean with exchanged coefficients.
+/// The coefficients of a model that holds some of them, from those of the whole one; none if one is
+/// missing.
+VectorXd of_model(const NonlinearModel& model,
+                  const std::vector<std::string>& names,
+                  const VectorXd& all) {
+  VectorXd result(model.coefficient_count());
+  for (Index j = 0; j < result.size(); ++j) {
+    const auto found =
+        std::ranges::find(names, model.coefficient_names()[static_cast<std::size_t>(j)]);
+    if (found == names.end() || found - names.begin() >= all.size()) return {};
+    result[j] = all[found - names.begin()];
+  }
+  return result;
+}
+
+/// The best known optimum within the bounds: of the fit outside of them, of pooled least squares if
+/// nothing is held, or one of the same mean with exchanged coefficients.
 std::optional<VectorXd> known_point_inside(const NonlinearModel& model,
-                                           const FittedModel& free,
+                                           const FittedModel& outside,
+                                           bool is_free,
                                            const std::map<std::string, Bounds>& bounds) {
   std::vector<VectorXd> points;
-  for (const LocalOptimum& optimum : free.optima) points.push_back(optimum.estimate);
-  LeastSquaresFit pooled = fit_least_squares(model, {.other_minima = true});
-  points.push_back(std::move(pooled.estimate));
-  std::ranges::move(pooled.other_minima, std::back_inserter(points));
+  for (const LocalOptimum& optimum : outside.optima) points.push_back(optimum.estimate);
+  points.push_back(outside.estimate);
+  for (VectorXd& point : points) point = of_model(model, outside.coefficient_names, point);
+  if (is_free) {
+    LeastSquaresFit pooled = fit_least_squares(model, {.other_minima = true});
+    points.push_back(std::move(pooled.estimate));
+    std::ranges::move(pooled.other_minima, std::back_inserter(points));
+  }
   for (const VectorXd& point : points) {
     if (point.size() != model.coefficient_count() || !point.allFinite()) continue;
     if (is_inside(model.coefficient_names(), point, bounds)) return point;
@@ -351,10 +371,12 @@ std::optional<VectorXd> known_point_inside(const NonlinearModel& model,
 std::optional<FitResult> fit_inside(const NonlinearModel& model,
                                     Method method,
                                     const FitModelOptions& options,
-                                    const FittedModel& free) {
-  const auto start = known_point_inside(model, free, options.bounds);
+                                    const FittedModel& outside,
+                                    bool is_free) {
+  const auto start = known_point_inside(model, outside, is_free, options.bounds);
   if (!start) return std::nullopt;
   FitModelOptions from_there = options;
+  from_there.start.clear();
   for (Index j = 0; j < start->size(); ++j) {
     from_there.start[model.coefficient_names()[static_cast<std::size_t>(j)]] = (*start)[j];
   }
@@ -422,10 +444,10 @@ FitResult fit_by(const ModelSpecification& specification,
     return nearby == nullptr ? fit_freely(bound, method, without_bounds)
                              : fit_nearby(bound, method, without_bounds, *nearby);
   };
-  const InsideFit inside = [&](const FittedModel& free) {
-    const ModelSpecification model = with_held(specification, options.fixed);
+  const InsideFit inside = [&](const FittedModel& outside, const HeldValues& held) {
+    const ModelSpecification model = with_held(specification, held);
     const NonlinearModel bound(model, table, options.threads, options.stop);
-    return fit_inside(bound, method, options, free);
+    return fit_inside(bound, method, options, outside, held.size() == options.fixed.size());
   };
   const auto mark_limit_of = [&](const ModelSpecification& fitted, FitResult& found) {
     const NonlinearModel model(fitted, table, options.threads, options.stop);
