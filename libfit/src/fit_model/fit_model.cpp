@@ -27,6 +27,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 #include "silvafit/fit/least_squares.hpp"
+#include "variance/variance_kind.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -96,6 +97,27 @@ void check_crossed_groups(const NonlinearModel& model) {
   }
 }
 
+/// Checks that no row has the residual variance 0 or infinity by a column of the variance function:
+/// it would be fitted exactly, or not count.
+/// \throws InputError that names the column, the line and the value
+void check_variance_columns(const NonlinearModel& model) {
+  for (const VarianceFactor& factor : model.specification().variance.factors) {
+    if (factor.column.empty() || kind_of(factor).allows_zero(factor)) continue;
+    const VectorXd values = model.column(factor.column);
+    const auto zero = std::ranges::find(values, 0.0);
+    if (zero == values.end()) continue;
+    Place place = model.place(static_cast<Index>(zero - values.begin()));
+    place.column = factor.column;
+    throw InputError(
+        fmt::format("the value is 0, so that the residual of this row has the variance 0 or "
+                    "infinity by the variance function {}; exclude such rows (--where "
+                    "\"{} > 0\"), correct the value, or use constant-plus-power",
+                    factor.text(),
+                    factor.column),
+        place);
+  }
+}
+
 std::vector<ColumnRange> ranges_of(const NonlinearModel& model) {
   std::vector<ColumnRange> ranges;
   for (const std::string& name : model.specification().predictors()) {
@@ -109,6 +131,7 @@ std::vector<ColumnRange> ranges_of(const NonlinearModel& model) {
 
 FitResult described(const NonlinearModel& model, Method method, const FitModelOptions& options) {
   check_crossed_groups(model);
+  check_variance_columns(model);
   FitResult result{.fit = FittedModel(model.specification())};
   FittedModel& fit = result.fit;
   fit.method = method;
