@@ -6,6 +6,7 @@
 #include <atomic>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <utility>
@@ -24,6 +25,7 @@
 #include "silvafit/fit/setting_list.hpp"
 #include "silvafit/fit/shared_fit.hpp"
 #include "silvafit/fit/summary.hpp"
+#include "silvafit/stand/similar_plots.hpp"
 #include "silvafit/stand/tree_columns.hpp"
 #include "silvafit/study/catalogue.hpp"
 #include "silvafit/study/column_uses.hpp"
@@ -111,6 +113,21 @@ void say_numeric_labels(const FitArguments& arguments, const data::Table& table)
   }
 }
 
+/// Names labels of sub-models that may be the same; those that the formulas name as labels are
+/// compared when the table is read.
+void say_similar_labels(const FitArguments& arguments, const data::Table& table) {
+  std::set<std::string> factors;
+  for (const std::string& text : arguments.texts.sub_models) {
+    const auto used = fit::sub_model_columns(text).as_numbers;
+    factors.insert(used.begin(), used.end());
+  }
+  for (const std::string& name : factors) {
+    if (!table.has(name) || table.is_numeric(name)) continue;
+    const std::string note = stand::describe_similar_labels(table.text(name), name);
+    if (!note.empty()) say(arguments.common, "note: " + note);
+  }
+}
+
 study::ReadTable read_data(const FitArguments& arguments,
                            const std::vector<const study::BaseModel*>& models) {
   const TreeTable trees = open_trees(arguments.data, arguments.table, arguments.common);
@@ -126,6 +143,7 @@ study::ReadTable read_data(const FitArguments& arguments,
   // Covariates must be columns. If the file lacks one with the name of a structural index, the
   // index is computed. In the formula itself the name may be a parameter.
   say_numeric_labels(arguments, table);
+  say_similar_labels(arguments, table);
   std::vector<std::string> texts = arguments.texts.sub_models;
   texts.push_back(arguments.where);
   const std::vector<std::string> indices = study::structure_names_in(texts, table);

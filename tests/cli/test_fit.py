@@ -431,6 +431,22 @@ class CorrelatedResiduals(ProgramTest):
                       "is another tree in each of them, group by plot/tree", alone.stderr.replace("`", ""))
         self.assertNotIn("in several values", self.run_program(*fit, "a | plot/tree").stderr)
 
+    def test_labels_within_coarser_groups_do_not_recur(self):
+        rows = [f"{site},{plot},{site}{plot},{x},{x + plot + (plot * x) % 7 / 5}"
+                for site in ("W", "N") for plot in range(1, 6) for x in range(4)]
+        self.write("nested.csv", "site,plot,name,x,y\n" + "\n".join(rows) + "\n")
+        fit = ("fit", "nested.csv", "--formula", "y ~ a + b*x", "--random")
+        for nested in ("a | site:plot", "a | site/plot"):
+            self.assertNotIn("in several values", self.run_program(*fit, nested).stderr)
+        self.assertIn("in several values", self.run_program(*fit, "a | plot").stderr)
+
+    def test_labels_of_sub_models_that_differ_in_case_are_named(self):
+        rows = [f"{label},{x},{x + (k * x) % 7 / 5}" for k, label in enumerate(("lo", "LO", "hi")) for x in range(1, 9)]
+        self.write("cases.csv", "f,x,y\n" + "\n".join(rows) + "\n")
+        message = self.run_program("fit", "cases.csv", "--formula", "y ~ a + b*x", "--parameter", "a ~ f").stderr
+        self.assertIn("'lo' and 'LO'", message)
+        self.assertEqual(message.count("compared as text"), 1)
+
     def test_a_time_that_is_repeated_or_missing_is_an_error_with_group_and_row(self):
         self.rows((3, 1, "4"))
         message = self.error("car1(age)")

@@ -7,6 +7,7 @@
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/model_texts.hpp"
 
 using namespace silvafit;
 using namespace silvafit::fit;
@@ -374,4 +375,76 @@ TEST_CASE("an optimum at the edge of the domain is found where the slope is infi
   CHECK(fit.estimate[1] == Approx(slope).epsilon(1e-9));
   CHECK(fit.estimate[0] == Approx((sy - slope * kSx) / kN).margin(1e-8));
   CHECK_THAT(fit.convergence.verdict(), Contains("c = 0, its lower bound"));
+}
+
+TEST_CASE("bounds may hold all coefficients of a mixed model") {
+  // The curve is 20 x^1.8/(8^1.8 + x^1.8), which all bounds exclude, so that no coefficient is free
+  // and the rest is the fit with all three held. A search far outwards finds no value there.
+  Random random(8);
+  std::vector<double> x;
+  std::vector<double> y;
+  data::TextColumn group;
+  for (int g = 0; g < 8; ++g) {
+    const double asymptote = 20.0 + 2.0 * random.normal();
+    for (int i = 0; i < 8; ++i) {
+      x.push_back(random.uniform(0.5, 30.0));
+      const double power = std::pow(x.back() / 8.0, 1.8);
+      y.push_back(asymptote * power / (1.0 + power) + 0.6 * random.normal());
+      group.append("g" + std::to_string(g));
+    }
+  }
+  data::Table table;
+  table.set("x", x);
+  table.set("y", y);
+  table.set("g", group);
+  const ModelSpecification model =
+      specify_model({.formula = "y ~ V*x^n/(K^n + x^n)", .random = "V | g"}, table);
+  const std::map<std::string, double> ends{{"V", 26.0}, {"n", 2.4}, {"K", 11.0}};
+  FitModelOptions options;
+  for (const auto& [name, value] : ends) options.bounds[name] = {.low = value};
+  for (const Method method :
+       {Method::kLindstromBates, Method::kLaplace, Method::kInteraction, Method::kQuadrature}) {
+    options.method = method;
+    const FittedModel fit = fit_model(model, table, options).fit;
+    INFO(word_of(method) << ": " << fit.convergence.verdict());
+    REQUIRE(fit.convergence.converged());
+    const FittedModel held = fit_model(model, table, {.method = method, .fixed = ends}).fit;
+    // At least as high as at the corner.
+    CHECK(fit.log_likelihood >= held.log_likelihood - 1e-6);
+    for (std::size_t j = 0; j < fit.coefficient_names.size(); ++j) {
+      CHECK(fit.estimate[static_cast<Eigen::Index>(j)] >= ends.at(fit.coefficient_names[j]));
+    }
+  }
+}
+
+TEST_CASE("a maximum with exchanged asymptotes is found beside a coefficient at its bound") {
+  // The free fit rises from A to B; within the bounds it falls from A = 27.76 to B = 4.43 at the
+  // bound of m, with s = -3.87: least_squares of scipy with all coefficients but m, and n log(2 pi
+  // S/n) + n.
+  data::Table table;
+  table.set("x", std::vector<double>{23.78, 10.72, 23.44, 23.44, 20.76, 12.63, 25.44, 4.63,  29.04,
+                                     3.99,  28.82, 27.14, 18.68, 2.71,  5.51,  15.7,  6.21,  26.05,
+                                     4.73,  10.77, 18.39, 21.33, 17.01, 6.9,   6.49,  28.6,  28.05,
+                                     12.05, 24.41, 22.42, 14.21, 29.25, 27.83, 26.68, 6.12,  1.05,
+                                     14.03, 19.82, 3.9,   19.41, 25.88, 12.39, 7.5,   23.62, 29.92,
+                                     1.11,  19.64, 20.63, 24.38, 18.39, 0.99,  9.13,  11.2,  20.03,
+                                     11.97, 6.25,  9.24,  1.81,  11.8,  19.18});
+  table.set("y", std::vector<double>{24.6792, 7.6733,  23.4165, 23.9348, 22.1221, 11.0983, 24.6841,
+                                     4.3412,  24.03,   3.579,   23.9318, 24.962,  20.1142, 3.5008,
+                                     5.4564,  16.0892, 4.8201,  25.8127, 3.1466,  8.6118,  18.9796,
+                                     23.2181, 18.4582, 5.265,   4.4376,  25.1316, 24.2816, 10.538,
+                                     24.161,  23.6557, 13.27,   26.0184, 24.6181, 24.1739, 5.5085,
+                                     2.6406,  12.0609, 22.7206, 4.8975,  20.9248, 25.5299, 11.0129,
+                                     5.5249,  23.9517, 26.0568, 4.6624,  21.312,  21.7342, 24.2817,
+                                     19.4883, 4.7347,  6.0308,  8.1895,  20.9695, 9.8953,  5.1533,
+                                     6.9455,  4.6,     9.6401,  20.9174});
+  FitModelOptions options;
+  options.bounds = {{"m", {.low = 17.25}}, {"B", {.low = -1000.0, .high = 21.25}}};
+  const FittedModel fit =
+      fit_model(specify_model("y ~ A + (B - A)/(1 + exp((m - x)/s))", {}, table), table, options)
+          .fit;
+  INFO(fit.convergence.verdict());
+  REQUIRE(fit.convergence.converged());
+  // The published digits.
+  CHECK(fit.log_likelihood == Approx(-101.474).margin(5e-4));
 }

@@ -52,8 +52,10 @@ FitResult BoundedSearch::run() {
     const double limit = free.converged ? std::min(free.value, branch.limit) : branch.limit;
     if (found.converged() && found.point.value > limit + kRoundedLikelihood) limits_hold_ = false;
     const bool is_limit = found.converged() && !branch.held.empty();
-    if (branch.held.empty() && !found.is_inside() && inside_) {
-      if (auto inside = inside_(found.result.fit)) keep(candidate({}, *std::move(inside)));
+    if (!found.is_inside() && inside_ && (found.converged() || branch.held.empty())) {
+      if (auto inside = inside_(found.result.fit, branch.held)) {
+        keep(candidate(branch.held, *std::move(inside)));
+      }
     }
     branch_from(found, is_limit ? found.point.value : branch.limit);
     keep(std::move(found));

@@ -27,10 +27,11 @@ using HeldFit = std::function<FitResult(const HeldValues& held, const FittedMode
 /// Slopes of the likelihood at a converged fit; see at_held.
 using SlopesOf = std::function<HeldPoint(const FittedModel& fit, const HeldValues& held)>;
 
-/// The best fit within the bounds that the search without bounds knows or finds from a known
-/// optimum; none if it knows none. Null for no such search.
-/// \param free  the fit without bounds
-using InsideFit = std::function<std::optional<FitResult>(const FittedModel& free)>;
+/// The best fit within the bounds that the search for a fit outside of them knows, or finds from a
+/// known optimum or one with exchanged coefficients; none if it knows none. Null for no such
+/// search. \param found  the fit outside \param held   what it holds at bounds
+using InsideFit =
+    std::function<std::optional<FitResult>(const FittedModel& found, const HeldValues& held)>;
 
 /// The search that fit_constrained describes. Used once.
 class BoundedSearch {

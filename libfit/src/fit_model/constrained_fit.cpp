@@ -118,9 +118,11 @@ FitResult fit_constrained(const ModelSpecification& specification,
   const SlopesOf slopes_of = [&](const FittedModel& found, const Values& at_bound) {
     return at_held(found, table, options.fixed, at_bound);
   };
-  const InsideFit fit_inside = [&](const FittedModel& free) {
-    std::optional<FitResult> result = inside(free);
-    if (result) result = expanded(*std::move(result), specification, options.fixed);
+  const InsideFit fit_inside = [&](const FittedModel& found, const HeldValues& at_bounds) {
+    Values held = options.fixed;
+    held.insert(at_bounds.begin(), at_bounds.end());
+    std::optional<FitResult> result = inside(found, held);
+    if (result) result = expanded(*std::move(result), specification, held);
     return result;
   };
   return BoundedSearch(options.bounds, fit_held, slopes_of, fit_inside).run();

@@ -38,7 +38,8 @@ HeldFit held_fit_of(const ModelSpecification& specification,
 /// increases from a bound into the range, a fit ascends from there. If there must be a maximum
 /// between that was not found (the likelihood increases from both ends, or is higher there than at
 /// the best point), the range is bisected by the sign of the slope of the profile. Optima within
-/// the bounds that the search without bounds knows compete with these fits. A single maximum inside
+/// the bounds that the search of a fit outside of them knows, and those of the same mean with
+/// exchanged coefficients, compete with these fits. A single maximum inside
 /// the bounds is found; of several, the best of these fits.
 ///
 /// Values and bounds of a coefficient with random effects are for its fixed effect.
@@ -49,6 +50,7 @@ HeldFit held_fit_of(const ModelSpecification& specification,
 /// \throws UsageError as with_held; if a bound excludes everything, or is for no coefficient
 /// Source: Nocedal and Wright 2006, Numerical Optimization, theorem 12.1; Land and Doig 1960,
 ///   Econometrica 28, 497-520 (branch and bound).
+/// \param inside  its `held` includes the coefficients of `fixed`
 FitResult fit_constrained(const ModelSpecification& specification,
                           const data::Table& table,
                           const FitModelOptions& options,

@@ -27,6 +27,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 #include "silvafit/fit/least_squares.hpp"
+#include "variance/variance_kind.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -96,6 +97,27 @@ void check_crossed_groups(const NonlinearModel& model) {
   }
 }
 
+/// Checks that no row has the residual variance 0 or infinity by a column of the variance function:
+/// it would be fitted exactly, or not count.
+/// \throws InputError that names the column, the line and the value
+void check_variance_columns(const NonlinearModel& model) {
+  for (const VarianceFactor& factor : model.specification().variance.factors) {
+    if (factor.column.empty() || kind_of(factor).allows_zero(factor)) continue;
+    const VectorXd values = model.column(factor.column);
+    const auto zero = std::ranges::find(values, 0.0);
+    if (zero == values.end()) continue;
+    Place place = model.place(static_cast<Index>(zero - values.begin()));
+    place.column = factor.column;
+    throw InputError(
+        fmt::format("the value is 0, so that the residual of this row has the variance 0 or "
+                    "infinity by the variance function {}; exclude such rows (--where "
+                    "\"{} > 0\"), correct the value, or use constant-plus-power",
+                    factor.text(),
+                    factor.column),
+        place);
+  }
+}
+
 std::vector<ColumnRange> ranges_of(const NonlinearModel& model) {
   std::vector<ColumnRange> ranges;
   for (const std::string& name : model.specification().predictors()) {
@@ -109,6 +131,7 @@ std::vector<ColumnRange> ranges_of(const NonlinearModel& model) {
 
 FitResult described(const NonlinearModel& model, Method method, const FitModelOptions& options) {
   check_crossed_groups(model);
+  check_variance_columns(model);
   FitResult result{.fit = FittedModel(model.specification())};
   FittedModel& fit = result.fit;
   fit.method = method;
@@ -326,16 +349,36 @@ FitResult fit_nearby(const NonlinearModel& model,
   return result;
 }
 
-/// The best known optimum within the bounds: of the fit without bounds, of pooled least squares, or
-/// one of the same mean with exchanged coefficients.
+/// The coefficients of a model that holds some of them, from those of the whole one; none if one is
+/// missing.
+VectorXd of_model(const NonlinearModel& model,
+                  const std::vector<std::string>& names,
+                  const VectorXd& all) {
+  VectorXd result(model.coefficient_count());
+  for (Index j = 0; j < result.size(); ++j) {
+    const auto found =
+        std::ranges::find(names, model.coefficient_names()[static_cast<std::size_t>(j)]);
+    if (found == names.end() || found - names.begin() >= all.size()) return {};
+    result[j] = all[found - names.begin()];
+  }
+  return result;
+}
+
+/// The best known optimum within the bounds: of the fit outside of them, of pooled least squares if
+/// nothing is held, or one of the same mean with exchanged coefficients.
 std::optional<VectorXd> known_point_inside(const NonlinearModel& model,
-                                           const FittedModel& free,
+                                           const FittedModel& outside,
+                                           bool is_free,
                                            const std::map<std::string, Bounds>& bounds) {
   std::vector<VectorXd> points;
-  for (const LocalOptimum& optimum : free.optima) points.push_back(optimum.estimate);
-  LeastSquaresFit pooled = fit_least_squares(model, {.other_minima = true});
-  points.push_back(std::move(pooled.estimate));
-  std::ranges::move(pooled.other_minima, std::back_inserter(points));
+  for (const LocalOptimum& optimum : outside.optima) points.push_back(optimum.estimate);
+  points.push_back(outside.estimate);
+  for (VectorXd& point : points) point = of_model(model, outside.coefficient_names, point);
+  if (is_free) {
+    LeastSquaresFit pooled = fit_least_squares(model, {.other_minima = true});
+    points.push_back(std::move(pooled.estimate));
+    std::ranges::move(pooled.other_minima, std::back_inserter(points));
+  }
   for (const VectorXd& point : points) {
     if (point.size() != model.coefficient_count() || !point.allFinite()) continue;
     if (is_inside(model.coefficient_names(), point, bounds)) return point;
@@ -351,10 +394,12 @@ std::optional<VectorXd> known_point_inside(const NonlinearModel& model,
 std::optional<FitResult> fit_inside(const NonlinearModel& model,
                                     Method method,
                                     const FitModelOptions& options,
-                                    const FittedModel& free) {
-  const auto start = known_point_inside(model, free, options.bounds);
+                                    const FittedModel& outside,
+                                    bool is_free) {
+  const auto start = known_point_inside(model, outside, is_free, options.bounds);
   if (!start) return std::nullopt;
   FitModelOptions from_there = options;
+  from_there.start.clear();
   for (Index j = 0; j < start->size(); ++j) {
     from_there.start[model.coefficient_names()[static_cast<std::size_t>(j)]] = (*start)[j];
   }
@@ -422,10 +467,10 @@ FitResult fit_by(const ModelSpecification& specification,
     return nearby == nullptr ? fit_freely(bound, method, without_bounds)
                              : fit_nearby(bound, method, without_bounds, *nearby);
   };
-  const InsideFit inside = [&](const FittedModel& free) {
-    const ModelSpecification model = with_held(specification, options.fixed);
+  const InsideFit inside = [&](const FittedModel& outside, const HeldValues& held) {
+    const ModelSpecification model = with_held(specification, held);
     const NonlinearModel bound(model, table, options.threads, options.stop);
-    return fit_inside(bound, method, options, free);
+    return fit_inside(bound, method, options, outside, held.size() == options.fixed.size());
   };
   const auto mark_limit_of = [&](const ModelSpecification& fitted, FitResult& found) {
     const NonlinearModel model(fitted, table, options.threads, options.stop);

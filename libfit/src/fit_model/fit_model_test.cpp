@@ -233,3 +233,27 @@ TEST_CASE("where lb finds no result and was not asked for, focei is tried") {
   }
   CHECK(replaced > 0);
 }
+
+TEST_CASE("a row whose residual variance is 0 or infinite by a column is an error") {
+  data::Table table;
+  table.set("x", std::vector<double>{1.0, 2.0, 3.0, 4.0, 5.0, 6.0});
+  table.set("y", std::vector<double>{1.1, 1.9, 3.2, 3.8, 5.1, 6.2});
+  table.set("w", std::vector<double>{1.0, 2.0, 0.0, 1.5, 1.0, 3.0});
+  for (const char* const variance : {"power(w, delta = 0.5)",
+                                     "power(w, delta = -0.5)",
+                                     "power(w)",
+                                     "constant-plus-power(w, delta = -1)"}) {
+    const ModelSpecification model = specify_model("y ~ a + b*x", {}, table);
+    ModelSpecification weighted = model;
+    weighted.variance = parse_variance_function(variance);
+    INFO(variance);
+    CHECK_THROWS_WITH(fit_model(weighted, table),
+                      Catch::Matchers::Contains("w") && Catch::Matchers::Contains("is 0"));
+  }
+  // Of these g is positive at 0.
+  for (const char* const variance : {"power(w, delta = 0)", "exponential(w, delta = 1)"}) {
+    ModelSpecification weighted = specify_model("y ~ a + b*x", {}, table);
+    weighted.variance = parse_variance_function(variance);
+    CHECK_NOTHROW(fit_model(weighted, table));
+  }
+}

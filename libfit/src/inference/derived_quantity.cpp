@@ -111,6 +111,15 @@ std::vector<DerivedValue> derived_values(const FittedModel& fit) {
   for (const DerivedQuantity& quantity : fit.specification.derived) {
     DerivedValue& one =
         result.emplace_back(DerivedValue{quantity.at(names, fit.estimate), kNaN, kNaN});
+    // A fit without estimates has no quantities; one with estimates has all.
+    if (!std::isfinite(one.estimate) && fit.convergence.converged() && fit.estimate.allFinite()) {
+      throw UsageError(fmt::format(
+          "the derived quantity {} has no finite value at the estimates ({} = {}): its formula "
+          "divides by 0 or is outside its domain there; change or remove it",
+          quantity.name,
+          quantity.value.text(),
+          std::isnan(one.estimate) ? "undefined" : "infinite"));
+    }
     const VectorXd gradient = quantity.gradient(names, fit.estimate);
     // Of a coefficient that is not identifiable the error is NaN, also times a gradient of 0.
     std::vector<Index> used;

@@ -12,6 +12,7 @@
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/fit/intervals.hpp"
 #include "silvafit/fit/model_texts.hpp"
+#include "test_support/saturating_curve.hpp"
 
 using namespace silvafit;
 using namespace silvafit::fit;
@@ -143,4 +144,40 @@ TEST_CASE("texts of derived quantities are checked") {
   CHECK_THROWS_AS(parse_derived_quantity("c =", names), FormulaError);
   CHECK_THROWS_AS(parse_derived_quantity("sigma = a", names), FormulaError);
   CHECK_THROWS_AS(misra_fit({"c = b1*b2", "c = b1"}), FormulaError);
+}
+
+TEST_CASE("profiles of a mean along a ridge have both limits") {
+  const data::Table table = saturating();
+  const ModelSpecification model = specify_model(
+      {.formula = "y ~ A*(1 - exp(-k*x))",
+       .derived = {"m5 = A*(1 - exp(-5*k))", "m8 = A*(1 - exp(-8*k))", "m10 = A*(1 - exp(-10*k))"}},
+      table);
+  const Intervals found = confidence_intervals(
+      fit_model(model, table).fit, table, {.method = IntervalMethod::kProfile});
+  // The roots of the sum of squares with the mean as a coefficient, by scipy (brentq over
+  // minimize_scalar); R's confint() of nls agrees to its four digits.
+  const std::vector<std::pair<double, double>> limits{{6.498444195996576, 7.17432773856094},
+                                                      {9.346413922771392, 10.050335171379974},
+                                                      {10.600606531926353, 11.87303039192891}};
+  std::size_t next = 0;
+  for (const ParameterInterval& one : found.parameters) {
+    if (one.kind != ParameterKind::kDerived) continue;
+    INFO(one.name << ": " << one.note);
+    REQUIRE(next < limits.size());
+    // Roots of the deviance to 1e-6 of its size: about 1e-7 of these values.
+    CHECK(one.lower == Approx(limits[next].first).epsilon(1e-6));
+    CHECK(one.upper == Approx(limits[next].second).epsilon(1e-6));
+    CHECK(one.note.empty());
+    ++next;
+  }
+  CHECK(next == 3);
+}
+
+TEST_CASE("a quantity without a finite value at the estimates is refused") {
+  for (const auto& [text, name] : {std::pair{"r = log(10 - b1)", "quantity r "},
+                                   std::pair{"u = 1/(b1 - b1)", "quantity u "}}) {
+    const FittedModel fit = misra_fit({text});
+    REQUIRE(fit.convergence.converged());
+    CHECK_THROWS_WITH(derived_values(fit), Catch::Matchers::Contains(name));
+  }
 }

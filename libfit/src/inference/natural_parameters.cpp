@@ -406,6 +406,24 @@ VectorXd NaturalParameter::derived_slopes(const SurfaceLayout& layout, const Vec
   return layout.beta_gradient(derived->gradient(coefficients, layout.beta(x)));
 }
 
+void NaturalParameter::hold_near(const SurfaceLayout& layout, double value, VectorXd& free) {
+  if (form != Form::kDerived) return;
+  VectorXd x = free;
+  // Newton's method along the slopes; hold() finds the last digits.
+  constexpr int kSteps = 20;
+  for (int step = 0; step < kSteps; ++step) {
+    const double excess = derived->at(coefficients, layout.beta(x)) - value;
+    const VectorXd slopes = derived_slopes(layout, x);
+    const VectorXd change = excess / slopes.squaredNorm() * slopes;
+    if (!change.allFinite()) return;
+    x.head(change.size()) -= change;
+  }
+  const VectorXd slopes = derived_slopes(layout, x);
+  if (!slopes.allFinite()) return;
+  slopes.cwiseAbs().maxCoeff(&coordinate);
+  free = x;
+}
+
 void NaturalParameter::hold_derived(const SurfaceLayout& layout, double value, VectorXd& x) const {
   // Newton's method, from near; coordinates are of the size of the residuals' deviation.
   constexpr int kMostSteps = 50;

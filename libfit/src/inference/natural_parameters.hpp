@@ -59,6 +59,10 @@ class NaturalParameter {
   double value(const SurfaceLayout& layout,
                const VarianceModel& variance,
                const Eigen::VectorXd& x) const;
+  /// Moves a point near one at which a derived quantity has a value, and chooses the coordinate of
+  /// its steepest slope there for hold(): in that of the estimate the quantity may not reach the
+  /// value, as a product of two coefficients along a ridge. Other parameters need neither.
+  void hold_near(const SurfaceLayout& layout, double value, Eigen::VectorXd& free);
   /// x with this parameter held at a value, and the other elements near those given.
   Eigen::VectorXd hold(const SurfaceLayout& layout,
                        const VarianceModel& variance,

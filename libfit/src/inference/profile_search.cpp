@@ -354,25 +354,39 @@ class ProfileSearch {
   std::optional<ProfilePoint> minimized(
       const Held& in, double t, double value, const VectorXd& free, const MatrixXd& begin) {
     const SurfaceLayout& layout = in.surface.layout();
+    NaturalParameter parameter = in.parameter;
+    VectorXd from = free;
+    parameter.hold_near(layout, value, from);
     const SmoothFunction objective = [&](const VectorXd& at, VectorXd* gradient) {
-      const VectorXd x = in.parameter.hold(layout, in.variance, at, value);
+      const VectorXd x = parameter.hold(layout, in.variance, at, value);
       if (gradient == nullptr) return in.surface.value(x, nullptr);
       VectorXd whole(x.size());
       const double result = in.surface.value(x, &whole);
       if (std::isfinite(result)) {
-        *gradient = in.parameter.pull_back(layout, in.variance, at, value, whole);
+        *gradient = parameter.pull_back(layout, in.variance, at, value, whole);
       }
       return result;
     };
-    QuasiNewtonResult found = minimize(
-        objective, layout.lifted(free), begin, {.decrement = kDecrement, .maximum_steps = 60});
+    // The Hessian is of the coordinates that are free.
+    const bool is_same = parameter.coordinate == in.parameter.coordinate;
+    QuasiNewtonResult found = minimize(objective,
+                                       layout.lifted(from),
+                                       is_same ? begin : MatrixXd(),
+                                       {.decrement = kDecrement, .maximum_steps = 60});
     // A Hessian from far away may be too wrong for updates.
     constexpr int kFreshStarts = 3;
     for (int i = 0; i < kFreshStarts && std::isfinite(found.value) && !is_minimum(found); ++i) {
-      found = minimize(objective, found.x, {}, {.decrement = kDecrement, .maximum_steps = 60});
+      VectorXd again = found.x;
+      parameter.hold_near(layout, value, again);
+      found = minimize(objective, again, {}, {.decrement = kDecrement, .maximum_steps = 60});
     }
     if (!std::isfinite(found.value) || !is_minimum(found)) return std::nullopt;
-    ProfilePoint point{.t = t, .free = found.x, .hessian = found.hessian};
+    // A point of a quantity is where it is held, whatever coordinate the next search moves.
+    const bool is_derived = parameter.form == Form::kDerived;
+    ProfilePoint point{
+        .t = t,
+        .free = is_derived ? parameter.hold(layout, in.variance, found.x, value) : found.x,
+        .hessian = is_derived ? MatrixXd() : found.hessian};
     const double deviance = 2.0 * (found.value - start_.value);
     gain_ = std::max(gain_, -0.5 * deviance);
     point.root = std::sqrt(std::max(0.0, deviance));

@@ -33,13 +33,17 @@ JacobianFactors::JacobianFactors(const MatrixXd& jacobian,
   scale_ = (scale_.array() > 0.0).select(scale_, 1.0);
   const Index p = jacobian.cols();
   const MatrixXd triangle = triangle_of(jacobian, scale_, residuals);
+  // All coefficients may be held; Eigen does not decompose a matrix without columns.
+  if (p == 0) return;
   qr_.setThreshold(tolerance);
   qr_.compute(triangle.topLeftCorner(p, p));
+  rank_ = qr_.rank();
   projected_ = (qr_.householderQ().adjoint() * triangle.col(p).head(p)).head(rank());
 }
 
 MatrixXd JacobianFactors::to_coefficients(const MatrixXd& u) const {
   MatrixXd result = MatrixXd::Zero(scale_.size(), u.cols());
+  if (rank() == 0) return result;
   result.topRows(rank()) = triangle().triangularView<Eigen::Upper>().solve(u);
   result = qr_.colsPermutation() * result;
   return scale_.cwiseInverse().asDiagonal() * result;

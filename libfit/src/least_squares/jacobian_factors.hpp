@@ -26,13 +26,13 @@ class JacobianFactors {
   static constexpr double kRankTolerance = 1e-11;
   static constexpr double kNearTolerance = 1e-7;
 
-  /// \param jacobian   (N x p), finite
+  /// \param jacobian   (N x p), finite; p may be 0
   /// \param residuals  (N) r, or empty
   explicit JacobianFactors(const MatrixXd& jacobian,
                            double tolerance = kRankTolerance,
                            const VectorXd& residuals = {});
 
-  Index rank() const { return qr_.rank(); }
+  Index rank() const { return rank_; }
 
   /// (rank) Q' r
   const VectorXd& projected() const { return projected_; }
@@ -48,6 +48,7 @@ class JacobianFactors {
 
   VectorXd scale_;
   VectorXd projected_;
+  Index rank_ = 0;
   Eigen::ColPivHouseholderQR<MatrixXd> qr_;  ///< of the triangle that blocks of rows leave
 };
 

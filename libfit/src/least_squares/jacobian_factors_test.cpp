@@ -62,3 +62,11 @@ TEST_CASE("columns that are linearly dependent are found over several blocks of 
   CHECK(factors.rank() == 2);
   CHECK(factors.confounded() == std::vector<Index>{0, 1});
 }
+
+TEST_CASE("a Jacobian without columns has rank 0") {
+  const JacobianFactors factors(MatrixXd(5, 0), JacobianFactors::kRankTolerance, VectorXd::Ones(5));
+  CHECK(factors.rank() == 0);
+  CHECK(factors.projected().size() == 0);
+  CHECK(factors.confounded().empty());
+  CHECK(factors.to_coefficients(MatrixXd(0, 2)).rows() == 0);
+}

@@ -2,6 +2,7 @@
 #include "prediction/nonlinear_directions.hpp"
 
 #include <Eigen/QR>
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -102,6 +103,38 @@ void directions_from(const RowMean& mean,
 }
 
 }  // namespace
+
+std::vector<bool> follow_one_combination(const RowMean& mean,
+                                         const MatrixXd& center,
+                                         const std::vector<MatrixXd>& roots,
+                                         const VectorXd& tolerance) {
+  std::vector<bool> result(roots.size(), true);
+  Index width = 0;
+  for (const MatrixXd& root : roots) width = std::max(width, root.cols());
+  if (width < 2) return result;
+  // One point shows a change, except of a mean with kinks.
+  constexpr int kPoints = 4;
+  Random random(1);
+  VectorXd place(width);
+  for (int point = 0; point < kPoints; ++point) {
+    for (double& value : place) value = random.normal();
+    MatrixXd along = center;
+    MatrixXd aside = center;
+    for (std::size_t i = 0; i < roots.size(); ++i) {
+      const MatrixXd& root = roots[i];
+      if (root.cols() < 2) continue;
+      const auto row = static_cast<Index>(i);
+      along.row(row) += place[0] * root.col(0).transpose();
+      aside.row(row) += (root * place.head(root.cols())).transpose();
+    }
+    const VectorXd change = (mean.mean(aside) - mean.mean(along)).cwiseAbs();
+    for (std::size_t i = 0; i < roots.size(); ++i) {
+      const auto row = static_cast<Index>(i);
+      if (roots[i].cols() > 1 && !(change[row] <= tolerance[row])) result[i] = false;
+    }
+  }
+  return result;
+}
 
 Index probe_count(Index width) {
   if (width == 0) return 0;

@@ -9,6 +9,21 @@
 
 namespace silvafit::fit {
 
+/// Changes of the mean that are treated as rounding, in standard deviations of what is predicted:
+/// far below the error of quadratures, and above that of derivatives of large canceling terms.
+inline constexpr double kStraight = 1e-7;
+
+/// (N) whether the mean of each row is a function of one linear combination of its arguments: in
+/// the columns of its root behind the first it does not change, at any distance.
+/// \param mean       of some rows
+/// \param center     (N x K + U) their arguments
+/// \param roots      (N) R with R R' the covariance of the arguments, as rotated_root() has it
+/// \param tolerance  (N) changes of the mean that do not count
+std::vector<bool> follow_one_combination(const RowMean& mean,
+                                         const MatrixXd& center,
+                                         const std::vector<MatrixXd>& roots,
+                                         const VectorXd& tolerance);
+
 /// The errors of a row's arguments, in independent standard normal variables u and t: the arguments
 /// are center + root u, and the mean is f(center + root u) + linear t.
 ///

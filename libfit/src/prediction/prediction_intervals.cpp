@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "prediction/nonlinear_directions.hpp"
 #include "prediction/prediction_freedom.hpp"
 #include "prediction/prediction_rules.hpp"
 #include "prediction/residual_spread.hpp"
@@ -281,16 +282,32 @@ class Chunk {
     return result;
   }
 
-  /// Limits from the direction in which the mean changes most; they are possible values of the
-  /// mean.
+  /// Rows whose mean is a function of one linear combination of coefficients.
+  std::vector<bool> have_one_combination() const {
+    std::vector<MatrixXd> roots;
+    for (Index row = 0; row < rows_; ++row) {
+      const MatrixXd covariance = spread(row, known_covariance(row), false);
+      const bool is_known = covariance.allFinite() && gradient_.row(row).allFinite();
+      roots.push_back(is_known ? rotated_root(root_without_zeros(covariance), gradient_.row(row))
+                               : MatrixXd::Zero(covariance.rows(), 0));
+    }
+    const VectorXd tolerance = kStraight * result_.mean_error.segment(begin_, rows_);
+    return follow_one_combination(mean_, arguments_, roots, tolerance);
+  }
+
+  /// The prediction plus and minus t standard errors, however the coefficients are written: along a
+  /// ridge of correlated coefficients the mean changes little between values far apart, and is no
+  /// straight line. Of one linear combination of coefficients the mean has the limits of that
+  /// combination, as in generalized linear models; they are possible values of the mean.
   void confidence() {
-    // A curve that is exponential in coefficients with relative errors of 1 has 3.1 at 95 %.
-    const Ends moved = ends(0.0, 3.1);
+    const std::vector<bool> is_of_one = have_one_combination();
+    const Ends moved = ends(0.0, kInfinity);
     for (Index row = 0; row < rows_; ++row) {
       const Index at = begin_ + row;
+      const auto k = static_cast<std::size_t>(row);
       const double margin = t_quantile(row) * result_.mean_error[at];
       // A marginal mean is not a value of the curve at any coefficients.
-      const bool is_curve = !is_marginal(row) && moved.is_near[static_cast<std::size_t>(row)] &&
+      const bool is_curve = !is_marginal(row) && is_of_one[k] && moved.is_near[k] &&
                             std::isfinite(moved.lower[row] + moved.upper[row]);
       result_.lower[at] = is_curve ? moved.lower[row] : result_.value[at] - margin;
       result_.upper[at] = is_curve ? moved.upper[row] : result_.value[at] + margin;

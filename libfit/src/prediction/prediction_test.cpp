@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/fit/prediction.hpp"
 
+#include <boost/math/distributions/students_t.hpp>
 #include <catch2/catch.hpp>
 #include <cmath>
 
 #include "silvafit/base/constants.hpp"
+#include "silvafit/fit/model_texts.hpp"
 #include "test_support/known_fit.hpp"
+#include "test_support/saturating_curve.hpp"
 
 using namespace silvafit;
 using namespace silvafit::fit;
@@ -197,4 +200,47 @@ TEST_CASE("predictions do not need columns that only the variance function reads
     CHECK(prediction.lower[0] < prediction.upper[0]);
     CHECK(prediction.residual_sd[3] == Approx(0.5 * 1.6));
   }
+}
+
+TEST_CASE("confidence limits of a mean along a ridge are t standard errors away") {
+  const data::Table table = saturating();
+  const FittedModel fit =
+      fit_model(specify_model({.formula = "y ~ A*(1 - exp(-k*x))"}, table), table).fit;
+  data::Table at;
+  at.set("x", std::vector<double>{5.0, 8.0, 10.0});
+  const Prediction found = predict(
+      fit, at, Level::kPopulation, {.interval = 0.95, .interval_kind = IntervalKind::kConfidence});
+  // By scipy: the gradient at the estimates with their covariance; the digits of a fit.
+  const Eigen::Vector3d lower(6.5008441449849395, 9.34720234988643, 10.588240599510895);
+  const Eigen::Vector3d upper(7.176116401193728, 10.050836770653007, 11.858987307601234);
+  // The limits of the profile likelihood, for which 3 % of the width are a share of coverage of
+  // about 0.2 %.
+  const Eigen::Vector3d profile_lower(6.498444195996576, 9.346413922771392, 10.600606531926353);
+  const Eigen::Vector3d profile_upper(7.17432773856094, 10.050335171379974, 11.87303039192891);
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    CHECK(found.lower[i] == Approx(lower[i]).epsilon(1e-7));
+    CHECK(found.upper[i] == Approx(upper[i]).epsilon(1e-7));
+    const double width = upper[i] - lower[i];
+    CHECK(found.lower[i] == Approx(profile_lower[i]).margin(0.03 * width));
+    CHECK(found.upper[i] == Approx(profile_upper[i]).margin(0.03 * width));
+  }
+}
+
+TEST_CASE("a mean of one linear combination has the limits of that combination") {
+  // h/(1 + exp(a + b x)) at x = 3 depends on a + 3 b, whose variance is 4 + 6 (-1) + 9 (0.5).
+  FittedModel fit({.formula = data::parse_formula("y ~ 20/(1 + exp(a + b*x))")});
+  fit.specification.parameters = {parse_parameter_model("a ~ 1"), parse_parameter_model("b ~ 1")};
+  fit.coefficient_names = {"a", "b"};
+  fit.estimate = Eigen::Vector2d(0.3, -0.2);
+  fit.covariance = (Eigen::Matrix2d() << 4.0, -1.0, -1.0, 0.5).finished();
+  fit.degrees_of_freedom = Eigen::Vector2d(28.0, 28.0);
+  fit.observations = 30;
+  fit.sigma = 0.5;
+  data::Table at;
+  at.set("x", std::vector<double>{3.0});
+  const Prediction found = predict(
+      fit, at, Level::kPopulation, {.interval = 0.95, .interval_kind = IntervalKind::kConfidence});
+  const double reach = boost::math::quantile(boost::math::students_t(28.0), 0.975) * std::sqrt(2.5);
+  CHECK(found.lower[0] == Approx(20.0 / (1.0 + std::exp(-0.3 + reach))).epsilon(1e-12));
+  CHECK(found.upper[0] == Approx(20.0 / (1.0 + std::exp(-0.3 - reach))).epsilon(1e-12));
 }

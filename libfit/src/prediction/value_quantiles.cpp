@@ -22,9 +22,6 @@ using Rows = std::vector<std::size_t>;
 // If the outer of three points change the mean by less, in standard deviations of the prediction,
 // three points are sufficient.
 constexpr double kSmallMove = 0.15;
-// Changes of the mean that are treated as rounding, in standard deviations of the prediction: far
-// below the error of the rules, and above that of derivatives of large canceling terms.
-constexpr double kStraight = 1e-7;
 // Numbers at a time that a step may keep: 8 MB.
 constexpr std::size_t kNumbersAtOnce = std::size_t{1} << 20U;
 

@@ -37,6 +37,10 @@ class ConstantPlusPowerVariance : public VarianceKind {
     return VarianceFactor::Kind::kPower;
   }
   bool reads_logarithm() const override { return true; }
+  bool allows_zero(const VarianceFactor& factor) const override {
+    const double delta = factor.delta.value_or(1.0);
+    return delta == 0.0 || (delta > 0.0 && factor.constant != 0.0);
+  }
 
   double value(const VarianceFactorEstimate& estimate, Index stratum, double v) const override {
     if (std::isinf(estimate.constant[stratum])) return std::isnan(v) ? kNaN : 1.0;

@@ -13,6 +13,7 @@ class PowerVariance : public VarianceKind {
  public:
   std::string_view name() const override { return "power"; }
   bool reads_logarithm() const override { return true; }
+  bool allows_zero(const VarianceFactor& factor) const override { return factor.delta == 0.0; }
 
   double value(const VarianceFactorEstimate& estimate, Index stratum, double v) const override {
     return std::pow(std::abs(v), estimate.delta[stratum]);

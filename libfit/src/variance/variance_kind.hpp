@@ -93,6 +93,8 @@ class VarianceKind {
   virtual double log_offset(const VarianceFactorEstimate& estimate, double typical) const = 0;
   /// delta over the internal delta.
   virtual double delta_scale(double /*typical*/) const { return 1.0; }
+  /// Whether g is positive and finite where the column of a factor is 0.
+  virtual bool allows_zero(const VarianceFactor& /*factor*/) const { return true; }
 
  protected:
   VarianceKind() = default;

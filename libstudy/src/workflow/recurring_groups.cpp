@@ -8,6 +8,7 @@
 #include <map>
 #include <set>
 #include <utility>
+#include <vector>
 
 #include "silvafit/base/text.hpp"
 #include "silvafit/fit/random_effects.hpp"
@@ -22,15 +23,23 @@ bool contains_group(const Names& groups, const std::string& name) {
   return std::ranges::find(groups, name) != groups.end();
 }
 
-/// Labels that occur in several places, by their code.
-std::set<std::uint32_t> recurring_labels(const data::TextColumn& groups,
+/// Labels of a term's groups that occur in several places, by their code. A term `site/plot` has
+/// other groups of the same label in each site.
+std::set<std::uint32_t> recurring_labels(const fit::RandomEffects& term,
+                                         const data::Table& table,
                                          const data::TextColumn& places) {
-  std::map<std::uint32_t, std::uint32_t> first_place;
+  std::vector<data::TextColumn> columns;
+  for (const std::string& name : term.within) columns.push_back(table.labels(name));
+  columns.push_back(table.labels(term.group));
+  std::map<std::vector<std::uint32_t>, std::uint32_t> first_place;
   std::set<std::uint32_t> recurring;
-  for (std::size_t row = 0; row < groups.size(); ++row) {
-    if (groups.is_missing(row) || places.is_missing(row)) continue;
-    const auto known = first_place.try_emplace(groups.code(row), places.code(row)).first;
-    if (known->second != places.code(row)) recurring.insert(groups.code(row));
+  for (std::size_t row = 0; row < places.size(); ++row) {
+    const auto is_missing = [row](const data::TextColumn& one) { return one.is_missing(row); };
+    if (places.is_missing(row) || std::ranges::any_of(columns, is_missing)) continue;
+    std::vector<std::uint32_t> group;
+    for (const data::TextColumn& one : columns) group.push_back(one.code(row));
+    const auto known = first_place.try_emplace(group, places.code(row)).first;
+    if (known->second != places.code(row)) recurring.insert(group.back());
   }
   return recurring;
 }
@@ -41,10 +50,9 @@ std::vector<std::string> describe_recurring_groups(const data::Table& table,
                                                    const Names& header,
                                                    const std::vector<stand::ColumnMapping>& mapped,
                                                    const std::string& random) {
+  const std::vector<fit::RandomEffects> terms = fit::parse_random_effects(random);
   Names grouped;
-  for (const fit::RandomEffects& term : fit::parse_random_effects(random)) {
-    grouped.push_back(term.group);
-  }
+  for (const fit::RandomEffects& term : terms) grouped.push_back(term.group);
   const auto column_of = [&](const std::string& name) -> std::string {
     const auto fields = stand::fields_of(name, header, mapped, table.file());
     return fields.size() == 1 ? header[fields.front()] : std::string();
@@ -59,9 +67,12 @@ std::vector<std::string> describe_recurring_groups(const data::Table& table,
     const bool is_alone = !within.empty() && within != group && contains_group(grouped, group) &&
                           !contains_group(grouped, within) && table.has(group) && table.has(within);
     if (!is_alone) continue;
-    const data::TextColumn labels = table.labels(group);
-    const std::set<std::uint32_t> recurring = recurring_labels(labels, table.labels(within));
+    const auto& term = *std::ranges::find(terms, group, &fit::RandomEffects::group);
+    const auto has_column = [&table](const std::string& name) { return table.has(name); };
+    if (!std::ranges::all_of(term.within, has_column)) continue;
+    const std::set<std::uint32_t> recurring = recurring_labels(term, table, table.labels(within));
     if (recurring.empty()) continue;
+    const data::TextColumn labels = table.labels(group);
     notes.push_back(fmt::format(
         "{} of the column {} {} in several values of {} ({}): each is one group here; if "
         "it is another {} in each of them, group by `{}/{}`",

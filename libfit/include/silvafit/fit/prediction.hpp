@@ -98,10 +98,10 @@ struct Prediction {
 ///
 /// Standard errors are first-order ones. Limits of prediction intervals are quantiles of the
 /// distribution of a new tree, a mixture of normal distributions over the errors of the
-/// coefficients, by quadrature, widened for the degrees of freedom. Those of confidence intervals
-/// are values of the mean at coefficients t standard deviations away in the direction in which it
-/// changes most. They are asymmetric if the mean function is nonlinear. Coefficients without a
-/// standard error (fixed ones) are treated as known.
+/// coefficients, by quadrature, widened for the degrees of freedom, and asymmetric if the mean
+/// function is nonlinear. Those of confidence intervals are t standard errors away; of a mean that
+/// is a function of one linear combination of coefficients, its values at the limits of that
+/// combination. Coefficients without a standard error (fixed ones) are treated as known.
 ///
 /// With correlated residuals a calibrated prediction of a row without a response is that of its own
 /// value: the mean, and the residual that is expected from those of the measured rows of its group.
