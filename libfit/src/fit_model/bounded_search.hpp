@@ -29,7 +29,9 @@ using SlopesOf = std::function<HeldPoint(const FittedModel& fit, const HeldValue
 
 /// The best fit within the bounds that the search for a fit outside of them knows, or finds from a
 /// known optimum or one with exchanged coefficients; none if it knows none. Null for no such
-/// search. \param found  the fit outside \param held   what it holds at bounds
+/// search.
+/// \param found  the fit outside
+/// \param held   the coefficients that it holds at bounds
 using InsideFit =
     std::function<std::optional<FitResult>(const FittedModel& found, const HeldValues& held)>;
 

@@ -110,10 +110,9 @@ void check_variance_columns(const NonlinearModel& model) {
     place.column = factor.column;
     throw InputError(
         fmt::format("the value is 0, so that the residual of this row has the variance 0 or "
-                    "infinity by the variance function {}; exclude such rows (--where "
-                    "\"{} > 0\"), correct the value, or use constant-plus-power",
-                    factor.text(),
-                    factor.column),
+                    "infinity by the variance function {}; exclude such rows with `where`, correct "
+                    "the value, or use constant-plus-power",
+                    factor.text()),
         place);
   }
 }

@@ -179,9 +179,12 @@ TEST_CASE("where the alternation does not settle at a kink, the message says so"
       fitted(kGroupsAtObservation, "y ~ a + b*min(x, m)", Method::kLindstromBates);
   CHECK_FALSE(fit.convergence.converged());
   CHECK_THAT(fit.convergence.verdict(), Contains("kink in m") && Contains("focei"));
-  const Table table = table_of(kAtObservation);
+  Table table = table_of(kAtObservation);
+  std::vector<double> w(table.numbers("x").begin(), table.numbers("x").end());
+  for (double& value : w) value += 1.0;  // a variance of 0 at x = 0 is refused
+  table.set("w", w);
   const FittedModel weighted =
-      fit_model(specify_model({.formula = "y ~ a + b*min(x, m)", .variance = "power(x)"}, table),
+      fit_model(specify_model({.formula = "y ~ a + b*min(x, m)", .variance = "power(w)"}, table),
                 table)
           .fit;
   CHECK_FALSE(weighted.convergence.converged());
