@@ -110,6 +110,17 @@ std::string shown_name(const CLI::Option& option) {
              : option.get_name();
 }
 
+/// Where a word without an option belongs.
+std::string place_of(const std::string& word, const CLI::App& command) {
+  const std::vector<std::string> options = option_names(command);
+  const bool has_formula = std::ranges::find(options, "--formula") != options.end();
+  if (has_formula && word.find('~') != std::string::npos) {
+    return fmt::format("write --formula '{}'", word);
+  }
+  if (word.find(' ') == std::string::npos) return "put text with spaces in quotes";
+  return fmt::format("text follows the name of an option; {} --help lists them", words_of(command));
+}
+
 }  // namespace
 
 void require_command(const CLI::App& program, const std::vector<std::string>& words) {
@@ -151,9 +162,9 @@ std::string unexpected_words(const CLI::App& program) {
                        suggestion(name, option_names(command), ";"),
                        words_of(command));
   }
-  return fmt::format("unexpected argument '{}' of {}; put text with spaces in quotes",
-                     words.empty() ? "" : words.front(),
-                     words_of(command));
+  const std::string word = words.empty() ? "" : words.front();
+  return fmt::format(
+      "unexpected argument '{}' of {}; {}", word, words_of(command), place_of(word, command));
 }
 
 void require_whole_numbers(CLI::App& program) {

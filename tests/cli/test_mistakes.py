@@ -52,6 +52,9 @@ class Commands(ProgramTest):
         error = self.error("fit", "trees.csv", "--model", "M4", "--xyzzy")
         self.assertIn("unknown option --xyzzy; silvafit fit --help lists the options", error)
         self.assertIn("unexpected argument 'more.csv'", self.error("fit", "trees.csv", "more.csv", "--model", "M4"))
+        # As in R, the formula first.
+        self.assertIn("write --formula 'h ~ a + b*dbh'", self.error("fit", "trees.csv", "h ~ a + b*dbh"))
+        self.assertIn("text follows the name of an option", self.error("stand", "trees.csv", "dbh > 10"))
 
     def test_settings_in_messages_are_options(self):
         rows = "".join(f"1,{i},{i % 9},{i % 7},{20 + i % 5},{100 * (16 + i % 5)}\n" for i in range(60))

@@ -3,8 +3,9 @@
 
 #' Confidence intervals of all parameters
 #'
-#' `confint()` has the fixed effects, the standard deviations and correlations of the random effects, the parameters
-#' of the variance function and sigma. `intervals()` returns the Wald intervals in the form of [nlme::intervals()].
+#' `confint()` has the fixed effects, the standard deviations and correlations of the random effects, the parameters of the
+#' residuals' correlation and of the variance function, sigma, and derived quantities. `intervals()` returns the Wald intervals in the form
+#' of [nlme::intervals()].
 #'
 #' Wald intervals of variance parameters are those of nlme: on the scales of the logarithm and of Fisher's z.
 #' Profile-likelihood intervals refit the model for each limit; they take longer and are more accurate.
@@ -12,22 +13,25 @@
 #' @param object a fit of [silvafit()]
 #' @param parm names or numbers of parameters; all if missing
 #' @param level confidence level
-#' @param method `"wald"`, `"profile"`, or `"boot"`: percentile intervals of [bootstrap()] with 500 replicates
+#' @param method `"wald"`, `"profile"`, or `"boot"`: percentile intervals of [bootstrap()]
+#' @param replicates,seed of the bootstrap
 #' @param which `"all"`, `"var-cov"` or `"fixed"`
 #' @param threads number of threads; 0 means all cores
 #' @param ... no further arguments; unknown names stop
 #' @return `confint()`: matrix with a row for each parameter; the attribute `notes` explains limits that are not known or do not
-#'   exist. `intervals()`: list of class `intervals.silvafit` with the elements `fixed`, `reStruct`, `varStruct` and `sigma`.
+#'   exist. `intervals()`: list of class `intervals.silvafit` with the elements `fixed`, `derived` (quantities of `derive`), `reStruct`,
+#'   `corStruct`, `varStruct` and `sigma`.
 #' @examples
 #' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
 #'                 random = Asym ~ 1 | Seed)
 #' confint(fit, c("Asym", "sigma"))
 #' intervals(fit)
-confint.silvafit <- strict(function(object, parm, level = 0.95, method = c("wald", "profile", "boot"), threads = 1, ...) {
+confint.silvafit <- strict(function(object, parm, level = 0.95, method = c("wald", "profile", "boot"), threads = 1, replicates = 500, seed = NULL, ...) {
   # lme4 writes "Wald".
   if (is.character(method)) method <- tolower(method)
   method <- match.arg(method)
-  result <- if (method == "boot") bootstrap_intervals(object, level, threads) else parameter_intervals(object, level, method, threads)
+  if (method != "boot" && !(missing(replicates) && missing(seed))) stop_usage("`replicates` and `seed` are those of `method = \"boot\"`")
+  result <- if (method == "boot") bootstrap_intervals(object, level, threads, replicates, seed) else parameter_intervals(object, level, method, threads)
   table <- cbind(result$lower, result$upper)
   dimnames(table) <- list(result$name, limit_names(level))
   if (!missing(parm)) {
@@ -38,7 +42,7 @@ confint.silvafit <- strict(function(object, parm, level = 0.95, method = c("wald
   notes <- stats::setNames(result$note, result$name)[rownames(table)]
   if (any(notes != "")) attr(table, "notes") <- notes[notes != ""]
   structure(table, class = c("confint.silvafit", class(table)))
-}, instead = c(conf.level = "use level", nsim = "use bootstrap()", oldNames = "names are those of the coefficients"))
+}, instead = c(conf.level = "use level", nsim = "use replicates", oldNames = "names are those of the coefficients"))
 
 limit_names <- function(level) paste(format(100 * c(1 - level, 1 + level) / 2, trim = TRUE, digits = 3), "%")
 
@@ -110,8 +114,8 @@ print_notes <- function(notes) {
   cat("\n", paste(strwrap(texts, exdent = 2), collapse = "\n"), "\n", sep = "")
 }
 
-bootstrap_intervals <- function(object, level, threads) {
-  found <- bootstrap(object, level = level, threads = threads, progress = FALSE)$parameters
+bootstrap_intervals <- function(object, level, threads, replicates, seed) {
+  found <- bootstrap(object, replicates, level = level, seed = seed, threads = threads, progress = FALSE)$parameters
   list(name = row.names(found), lower = found$percentile_lower, upper = found$percentile_upper, note = rep("", nrow(found)))
 }
 
@@ -134,7 +138,10 @@ intervals.silvafit <- strict(function(object, level = 0.95, which = c("all", "va
     table
   }
   parts <- list()
-  if (which != "var-cov") parts$fixed <- rows("fixed")
+  if (which != "var-cov") {
+    parts$fixed <- rows("fixed")
+    if (any(result$kind == "derived")) parts$derived <- rows("derived")
+  }
   if (which != "fixed") {
     random <- rows(c("standard deviation", "correlation"))
     if (nrow(random) > 0) {
@@ -143,17 +150,18 @@ intervals.silvafit <- strict(function(object, level = 0.95, which = c("all", "va
       of_group <- if (length(groups) == 1) rep(groups, nrow(random)) else sub(".*\\| (.*)\\)$", "\\1", rownames(random))
       parts$reStruct <- lapply(split(seq_len(nrow(random)), factor(of_group, groups)), function(i) as.data.frame(random[i, , drop = FALSE]))
     }
+    if (any(result$kind == "residual correlation")) parts$corStruct <- rows("residual correlation")
     if (any(result$kind == "variance function")) parts$varStruct <- rows("variance function")
     parts$sigma <- rows("sigma")[1, ]
   }
-  shown <- result$note != "" & (which == "all" | (result$kind == "fixed") == (which == "fixed"))
+  shown <- result$note != "" & (which == "all" | result$kind %in% c("fixed", "derived") == (which == "fixed"))
   structure(parts, level = level, notes = stats::setNames(result$note, result$name)[shown], class = "intervals.silvafit")
 }, instead = c(conf.level = "use level"))
 
 print.intervals.silvafit <- strict(function(x, digits = getOption("digits"), ...) {
   cat("Approximate ", 100 * attr(x, "level"), "% confidence intervals\n", sep = "")
-  parts <- c(list("Fixed effects" = x$fixed), stats::setNames(x$reStruct, if (length(x$reStruct) > 0) paste("Random effects,", names(x$reStruct))),
-             list("Variance function" = x$varStruct, "Residual standard deviation (sigma)" = x$sigma))
+  parts <- c(list("Fixed effects" = x$fixed, "Derived quantities" = x$derived), stats::setNames(x$reStruct, if (length(x$reStruct) > 0) paste("Random effects,", names(x$reStruct))),
+             list("Residual correlation" = x$corStruct, "Variance function" = x$varStruct, "Residual standard deviation (sigma)" = x$sigma))
   for (title in names(Filter(Negate(is.null), parts))) {
     cat("\n ", title, ":\n", sep = "")
     print(parts[[title]], digits = digits)

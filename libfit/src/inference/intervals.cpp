@@ -8,9 +8,11 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
+#include <iterator>
 #include <string>
 #include <vector>
 
+#include "inference/comparable_likelihoods.hpp"
 #include "inference/information.hpp"
 #include "inference/profile_search.hpp"
 #include "least_squares/start_search.hpp"
@@ -18,6 +20,7 @@
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
+#include "silvafit/base/text.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 
 namespace silvafit::fit {
@@ -180,6 +183,18 @@ HeldStarts held_starts(const SurfaceSetting& setting,
   };
 }
 
+/// The condition of the intervals if coefficients are at their bounds; empty if none is.
+std::string held_in_words(const FittedModel& fit) {
+  std::vector<std::string> held;
+  std::ranges::copy_if(fit.coefficient_names, std::back_inserter(held), [&](const auto& name) {
+    return is_at_bound(fit, name);
+  });
+  if (held.empty()) return {};
+  return fmt::format(", with {0} held at {1}; without, intervals are wider on one side",
+                     enumerated(held),
+                     held.size() == 1 ? "its bound" : "their bounds");
+}
+
 void add_profiles(const FittedModel& fit,
                   const data::Table& table,
                   const IntervalOptions& options,
@@ -235,8 +250,9 @@ Intervals confidence_intervals(const FittedModel& fit,
     throw UsageError(
         fmt::format("the level of an interval must be between 0 and 1, not {}", options.level));
   }
-  Intervals result{
-      .method = options.method, .level = options.level, .likelihood = likelihood_in_words(fit)};
+  Intervals result{.method = options.method,
+                   .level = options.level,
+                   .likelihood = likelihood_in_words(fit) + held_in_words(fit)};
   if (options.method == IntervalMethod::kProfile) {
     add_profiles(fit, table, options, result);
     return result;

@@ -234,6 +234,13 @@ TEST_CASE("with a coefficient held, the others keep their profile intervals") {
       CHECK(intervals.parameters[0].note.empty());
     }
   }
+  // Beyond its bound, a would be near 3.
+  FitModelOptions bounded;
+  bounded.bounds = {{"a", {.low = 10.0}}};
+  const FittedModel fit = fit_model(specify_model("y ~ a + b*x", {}, table), table, bounded).fit;
+  CHECK_THAT(confidence_intervals(fit, table, {}).likelihood,
+             Catch::Matchers::Contains(
+                 "with a held at its bound; without, intervals are wider on one side"));
 }
 
 TEST_CASE("intervals of lb and of the marginal likelihood agree where the model is linear") {

@@ -330,7 +330,8 @@ double detached_share(const Mesh& mesh) {
   });
   if (foliage == mesh.parts.end()) return 0.0;
   const std::vector<Drawn> shoots = drawn_shoots(*foliage);
-  const std::vector<Point> wood = points_of_wood(mesh);
+  std::vector<Point> wood = points_of_wood(mesh);
+  std::ranges::sort(wood, {}, &Point::z);
   constexpr double kNear = 0.5;  // of a shoot's length
   std::vector<std::size_t> reached;
   std::vector<bool> is_reached(shoots.size(), false);
@@ -340,9 +341,11 @@ double detached_share(const Mesh& mesh) {
   };
   for (std::size_t i = 0; i < shoots.size(); ++i) {
     const Drawn& shoot = shoots[i];
-    if (std::any_of(wood.begin(), wood.end(), [&](Point p) {
-          return distance_to_line(p, shoot) < kNear * shoot.size_m;
-        })) {
+    const double near = kNear * shoot.size_m;
+    const auto [low, high] = std::minmax({shoot.base.z, shoot.tip.z});
+    const auto begin = std::ranges::lower_bound(wood, low - near, {}, &Point::z);
+    const auto end = std::ranges::upper_bound(wood, high + near, {}, &Point::z);
+    if (std::any_of(begin, end, [&](Point p) { return distance_to_line(p, shoot) < near; })) {
       reach(i);
     }
   }

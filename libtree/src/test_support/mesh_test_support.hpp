@@ -144,13 +144,19 @@ inline double farthest_wood_m(const tree::Mesh& from, const tree::Mesh& to) {
     for (std::size_t i = 0; i < part.triangle_count(); ++i) surface.push_back(triangle_of(part, i));
   }
   double farthest = 0.0;
+  std::size_t nearest = 0;  // to the point before: the next is close to it
   const auto look = [&](tree::Point p) {
     double least = 1e9;
-    for (const auto& triangle : surface) {
+    for (std::size_t step = 0, at = nearest; step < surface.size(); ++step, ++at) {
+      if (at == surface.size()) at = 0;
+      const auto& triangle = surface[at];
       // Triangles whose height range is farther than the nearest found so far cannot be nearer.
       const auto [low, high] = std::minmax({triangle[0].z, triangle[1].z, triangle[2].z});
       if (p.z < low - least || p.z > high + least) continue;
-      least = std::min(least, distance_to_triangle(p, triangle));
+      const double distance = distance_to_triangle(p, triangle);
+      if (distance >= least) continue;
+      least = distance;
+      nearest = at;
       if (least <= farthest) return;
     }
     farthest = least;

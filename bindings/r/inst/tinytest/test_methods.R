@@ -133,7 +133,11 @@ expect_equal(simulate(argument_fit, seed = 3, re.form = NA, use.u = FALSE), simu
 says(simulate(argument_fit, re.form = NULL), "draws new random effects")
 expect_equal(confint(argument_fit, method = "Wald"), confint(argument_fit))
 # Intervals of the bootstrap are about as wide as Wald's: 500 replicates give a quantile within some percent.
-widths <- c(diff(confint(argument_fit, "Asym", method = "boot")[1, ]), diff(confint(argument_fit, "Asym")[1, ]))
+boot <- confint(argument_fit, "Asym", method = "boot", seed = 4)
+expect_equal(boot, confint(argument_fit, "Asym", method = "boot", replicates = 500, seed = 4))
+says(confint(argument_fit, seed = 4), "those of `method = \"boot\"`")
+says(confint(argument_fit, method = "boot", nsim = 100), "use replicates")
+widths <- c(diff(boot[1, ]), diff(confint(argument_fit, "Asym")[1, ]))
 expect_true(abs(log(widths[1] / widths[2])) < 0.3)
 says(confint(argument_fit, type = "profile"), "did you mean 'method'?")
 says(residuals(argument_fit, scaled = TRUE), "type = \"pearson\"")

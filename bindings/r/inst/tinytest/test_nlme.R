@@ -135,7 +135,12 @@ plants <- transform(PlantGrowth, one = 1)
 fit <- silvafit(weight ~ a * one, plants, parameters = a ~ group, derive = c(difference = "`a.grouptrt2` - `a.grouptrt1`"))
 expect_equal(fit$fit$derived$difference$estimate, 0.865, tolerance = 1e-10)
 expect_equal(fit$fit$derived$difference$se, 0.2787816084, tolerance = 1e-9)
-expect_true("difference" %in% rownames(confint(fit)))
+limits <- 0.865 + 0.2787816084 * qt(0.975, 27) * c(-1, 1)
+expect_equal(as.numeric(confint(fit, "difference")), limits, tolerance = 1e-9)
+for (which in c("all", "fixed")) {
+  expect_equal(intervals(fit, which = which)$derived["difference", ], c(lower = limits[1], est. = 0.865, upper = limits[2]), tolerance = 1e-9)
+}
+expect_null(intervals(fit, which = "var-cov")$derived)
 expect_error(silvafit(weight ~ a * one, plants, derive = c(r = "aa/2")), "did you mean")
 # Marginal means are those of the groups, whatever the contrasts.
 for (contrast in c("contr.treatment", "contr.sum")) {
@@ -194,3 +199,8 @@ expect_error(of_time(~ I(t / 10) | tree), "add a column to the data", class = "s
 expect_error(of_time(~ t | site / tree), "labels of tree recur", class = "silvafit_usage_error")
 stems$own <- interaction(stems$site, stems$tree)
 expect_equal(c(logLik(of_time(~ t | own))), c(logLik(nlme::gls(y ~ t, stems, correlation = nlme::corCAR1(form = ~ t | own), method = "ML"))), tolerance = 1e-6)
+# Intervals of the correlation are those of gls, whose second derivatives are differences.
+ovary <- as.data.frame(nlme::Ovary)
+theirs <- nlme::gls(follicles ~ sin(2 * pi * Time) + cos(2 * pi * Time), ovary, correlation = nlme::corAR1(form = ~ 1 | Mare), method = "ML")
+ours <- silvafit(follicles ~ a + b * sin(2 * pi * Time) + c * cos(2 * pi * Time), ovary, correlation = corAR1(form = ~ 1 | Mare))
+expect_equal(as.numeric(intervals(ours)$corStruct), as.numeric(nlme::intervals(theirs)$corStruct), tolerance = 1e-3)
