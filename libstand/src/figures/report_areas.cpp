@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <set>
 #include <utility>
 
@@ -40,6 +41,8 @@ std::vector<SampledArea> ReportMaker::find_areas(const Inventory& inventory) {
   count_trees_without_window(inventory, windows);
   std::vector<SampledArea> areas =
       sampled_areas(inventory, windows, is_part_ ? std::vector<NamedWindow>() : given);
+  std::ranges::move(take_unknown_plots(inventory, true, areas),
+                    std::back_inserter(plots_left_out_));
   for (SampledArea& area : areas) {
     // The plot has the window of the stand, in which other parts have plots, too.
     const bool is_of_stand = is_part_ && !is_only_plot_ && !given.empty() &&

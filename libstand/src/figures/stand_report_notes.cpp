@@ -121,7 +121,8 @@ void ReportMaker::note_plots_left_out() {
   const std::vector<std::string>& names = plots_left_out_;
   if (names.empty()) return;
   note({fmt::format(
-      "plot {} {} treated as unknown and not counted, because all {} rows were skipped. For "
+      "plot {} {} treated as unknown and not counted, because all {} rows were skipped, or lack a "
+      "dbh or a position. For "
       "an empty plot, remove {} rows from the file and give {} window with the plot's name",
       data::list_of(names),
       names.size() == 1 ? "is" : "are",

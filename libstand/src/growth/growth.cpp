@@ -22,6 +22,26 @@ double& part_of(GrowthParts& parts, GrowthPart part) {
   return parts[static_cast<std::size_t>(part)];
 }
 
+/// Whether a period has living trees at its start or its end.
+bool has_trees(const Period& period, std::size_t TreeInPeriod::*row) {
+  return std::ranges::any_of(period.trees,
+                             [row](const TreeInPeriod& tree) { return tree.*row != kNoTreeRow; });
+}
+
+/// The table of plots, and those that have a window of their own: one without trees was empty.
+std::optional<PlotTable> listed_plots(const std::optional<PlotTable>& table,
+                                      const std::vector<NamedWindow>& windows) {
+  std::optional<PlotTable> result = table;
+  for (const NamedWindow& one : windows) {
+    if (!one.plot || one.plot == kEveryPlot) continue;
+    if (!result) result.emplace();
+    const bool is_known =
+        std::ranges::find(result->plots, *one.plot, &PlotRecord::plot) != result->plots.end();
+    if (!is_known) result->plots.push_back({.plot = *one.plot});
+  }
+  return result;
+}
+
 /// A plot's name at a time, also for messages.
 std::string label_of(const MeasuredPlot& plot, std::size_t occasion) {
   return label_at_time(plot.plot, plot.occasions[occasion].text);
@@ -64,9 +84,13 @@ std::vector<std::size_t> GrowthMaker::living_rows(const MeasuredPlot& plot,
 
 TreeFate GrowthMaker::fate_at_end(const MeasuredTree& tree, std::size_t occasion) const {
   std::optional<std::size_t> row = tree.rows[occasion];
-  // The status of the last visit is in every row.
-  if (!row && is_status_of_last_visit_) {
-    row = *std::ranges::find_if(tree.rows, &std::optional<std::size_t>::has_value);
+  const auto has_row = [](const std::optional<std::size_t>& one) { return one.has_value(); };
+  // The status of the last visit is in every row. A tree that was missed and is dead later died.
+  const auto from =
+      tree.rows.begin() + (is_status_of_last_visit_ ? 0 : static_cast<std::ptrdiff_t>(occasion));
+  if (const auto known = std::find_if(from, tree.rows.end(), has_row);
+      !row && known != tree.rows.end()) {
+    row = *known;
   }
   if (!row || inventory_.status.empty() || inventory_.status[*row] == TreeStatus::kAlive) {
     return TreeFate::kNotFound;
@@ -84,6 +108,7 @@ void GrowthMaker::follow_plot(std::size_t number, LivingTrees& living) {
     const std::vector<std::size_t> rows = living_rows(plot, tree, living);
     const auto is_alive_ever = [](std::size_t row) { return row != kNoTreeRow; };
     if (std::ranges::none_of(rows, is_alive_ever)) ++never_alive_;
+    rows_of_trees_.push_back(rows);
     for (std::size_t k = 0; k + 1 < rows.size(); ++k) {
       if (rows[k] == kNoTreeRow && rows[k + 1] == kNoTreeRow) continue;
       TreeInPeriod one{.start = rows[k], .end = rows[k + 1]};
@@ -126,6 +151,38 @@ std::vector<PlotAtTime> GrowthMaker::plots_at_occasions() const {
   return plots;
 }
 
+/// A tree stands where it was first seen: it is inside of its plot or outside at all times.
+void GrowthMaker::place_trees() {
+  if (!living_.has_coordinates()) return;
+  for (const std::vector<std::size_t>& rows : rows_of_trees_) {
+    const auto is_placed = [this](std::size_t row) {
+      return row != kNoTreeRow && std::isfinite(living_.x[row]) && std::isfinite(living_.y[row]);
+    };
+    const auto first = std::ranges::find_if(rows, is_placed);
+    if (first == rows.end()) continue;
+    for (const std::size_t row : rows) {
+      if (row == kNoTreeRow) continue;
+      living_.x[row] = living_.x[*first];
+      living_.y[row] = living_.y[*first];
+    }
+  }
+}
+
+void GrowthMaker::note_uncounted() {
+  std::vector<std::string> places;
+  for (std::size_t row = 0; row < living_.size(); ++row) {
+    if (is_counted_[row] == 0)
+      places.push_back(fmt::format("plot {}, tree {}", living_.plot[row], living_.tree[row]));
+  }
+  if (places.empty()) return;
+  report_.notes.push_back(
+      fmt::format("{} outside of the window of the plot, or {} no position, and {} not counted: {}",
+                  counted(places.size(), "row of a living tree is", "rows of living trees are"),
+                  places.size() == 1 ? "has" : "have",
+                  places.size() == 1 ? "is" : "are",
+                  data::list_of(places)));
+}
+
 void GrowthMaker::find_areas() {
   std::vector<SampledArea> areas;
   // A tree is counted without a dbh, unless the design chooses trees by it.
@@ -138,6 +195,7 @@ void GrowthMaker::find_areas() {
     const std::vector<NamedWindow> given =
         windows_at_times(options_.units.windows, plots_at_occasions());
     areas = sampled_areas(living_, plot_windows(living_, given, SearchScope::kPlot), given);
+    take_unknown_plots(living_, true, areas);
   } else if (design_.is_given()) {
     DesignedSample sample = sample_of(living_, design_at_times(design_, plots_at_occasions()));
     living_.represented = std::move(sample.represented);
@@ -155,6 +213,7 @@ void GrowthMaker::find_areas() {
     for (const std::size_t tree : area.trees) is_counted_[tree] = 1;
     areas_.emplace(area.name, std::move(area));
   }
+  if (!options_.units.windows.empty()) note_uncounted();
 }
 
 void GrowthMaker::add_tree(const Period& period, const TreeInPeriod& tree) {
@@ -249,8 +308,13 @@ GrowthParts GrowthMaker::parts_of_value(const Period& period,
   const auto per_ha = [&](std::size_t row, const SampledArea& area) {
     return living_.trees_represented(row) / (area.area_m2 / kSquareMetersPerHectare);
   };
+  const auto is_unknown = [&](const TreeInPeriod& tree) { return is_value_missing(tree, value); };
+  if (!period.trees.empty() && std::ranges::all_of(period.trees, is_unknown)) {
+    parts.fill(data::kMissing);
+    return parts;
+  }
   for (const TreeInPeriod& tree : period.trees) {
-    if (is_value_missing(tree, value)) continue;
+    if (is_unknown(tree)) continue;
     const bool at_start = tree.start != kNoTreeRow && is_counted_[tree.start] != 0;
     const bool at_end = tree.end != kNoTreeRow && is_counted_[tree.end] != 0;
     const double before = at_start ? per_ha(tree.start, start) * value(tree.start) : 0.0;
@@ -308,9 +372,10 @@ void GrowthMaker::add_plots() {
     auto start = areas_.find(label_of(plot, period.occasion));
     auto end = areas_.find(label_of(plot, period.occasion + 1));
     // Without living trees a plot keeps its area.
-    if (start == areas_.end()) start = end;
-    if (end == areas_.end()) end = start;
-    const bool is_known = start != areas_.end() && !std::isnan(start->second.area_m2);
+    if (start == areas_.end() && !has_trees(period, &TreeInPeriod::start)) start = end;
+    if (end == areas_.end() && !has_trees(period, &TreeInPeriod::end)) end = start;
+    const bool is_known = start != areas_.end() && end != areas_.end() &&
+                          !std::isnan(start->second.area_m2) && !std::isnan(end->second.area_m2);
     double area_ha = data::kMissing;
     if (is_known) {
       area_ha = start->second.area_m2 / kSquareMetersPerHectare;
@@ -422,7 +487,8 @@ void GrowthMaker::add_strata() {
 
 GrowthReport GrowthMaker::run() {
   if (design_.plots) design_.plots = with_times_read(*std::move(design_.plots), report_.notes);
-  plots_ = measured_plots(inventory_, design_.plots ? &*design_.plots : nullptr, report_.notes);
+  const std::optional<PlotTable> plots = listed_plots(design_.plots, options_.units.windows);
+  plots_ = measured_plots(inventory_, plots ? &*plots : nullptr, report_.notes);
   read_status();
   report_.values = {"stems", "basal_area_m2"};
   for (const TreeQuantity& quantity : inventory_.quantities) {
@@ -430,6 +496,8 @@ GrowthReport GrowthMaker::run() {
     report_.values.push_back(report_.quantities.back());
   }
   follow_trees();
+  note_moved();
+  place_trees();
   find_areas();
   add_trees();
   add_plots();

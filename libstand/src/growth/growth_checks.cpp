@@ -10,36 +10,83 @@
 #include "growth/growth_parts.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/median.hpp"
+#include "silvafit/base/text.hpp"
 
 namespace silvafit::stand {
 
-void check_visits(const std::vector<MeasuredPlot>& plots, const std::string& file) {
-  // Shorter periods are days of one visit, on which other trees were measured.
+namespace {
+
+/// Trees of two successive times of a plot.
+struct TwoTimes {
+  std::size_t first = 0;      ///< with a row at the first
+  std::size_t second = 0;     ///< at the second
+  std::size_t both = 0;       ///< at both
+  std::size_t surviving = 0;  ///< with a row before and after the second: alive then
+  std::size_t found = 0;      ///< of these, with a row at the second
+  std::size_t fresh = 0;      ///< with their first row at the second
+};
+
+TwoTimes trees_of_times(const MeasuredPlot& plot, std::size_t k) {
+  TwoTimes result;
+  const auto next = static_cast<std::ptrdiff_t>(k + 1);
+  const auto has_row = [](const auto& row) { return row.has_value(); };
+  for (const MeasuredTree& tree : plot.trees) {
+    const auto middle = tree.rows.begin() + next;
+    const bool is_before = std::any_of(tree.rows.begin(), middle, has_row);
+    const bool is_after = std::any_of(middle + 1, tree.rows.end(), has_row);
+    const bool is_there = middle->has_value();
+    result.first += tree.rows[k] ? 1 : 0;
+    result.second += is_there ? 1 : 0;
+    result.both += tree.rows[k] && is_there ? 1 : 0;
+    result.surviving += is_before && is_after ? 1 : 0;
+    result.found += is_before && is_after && is_there ? 1 : 0;
+    result.fresh += !is_before && is_there ? 1 : 0;
+  }
+  return result;
+}
+
+/// Why the second time is no visit; empty if it is one. At a visit most living trees are found. A
+/// time at which some trees are measured once more and none is new does no harm over more than a
+/// season, since the others are interpolated.
+std::string objection(const TwoTimes& trees, double years) {
+  // Shorter than a season of growth.
   constexpr double kShortestYears = 0.25;
+  if (years < kShortestYears && 2 * trees.both < std::max(trees.first, trees.second)) {
+    return fmt::format("{} of {} trees of the time before have a row, and {} in all",
+                       trees.both,
+                       trees.first,
+                       counted(trees.second, "tree has one", "trees have one"));
+  }
+  const bool is_part = trees.second == 0 || trees.fresh > 0;
+  if (!is_part || 2 * trees.found >= trees.surviving) return {};
+  return fmt::format("{} of {} that live before and after have a row{}",
+                     trees.found,
+                     counted(trees.surviving, "tree", "trees"),
+                     trees.fresh > 0 ? ", and others are new" : "");
+}
+
+}  // namespace
+
+void check_visits(const std::vector<MeasuredPlot>& plots, const std::string& file) {
   bool has_period = false;
   bool has_followed = false;
   for (const MeasuredPlot& plot : plots) {
     for (std::size_t k = 0; k + 1 < plot.occasions.size(); ++k) {
-      std::size_t first = 0;
-      std::size_t second = 0;
-      std::size_t both = 0;
-      for (const MeasuredTree& tree : plot.trees) {
-        first += tree.rows[k] ? 1 : 0;
-        second += tree.rows[k + 1] ? 1 : 0;
-        both += tree.rows[k] && tree.rows[k + 1] ? 1 : 0;
+      const TwoTimes trees = trees_of_times(plot, k);
+      if (trees.first > 0 && trees.second > 0) {
+        has_period = true;
+        has_followed = has_followed || trees.both > 0;
       }
-      if (first == 0 || second == 0) continue;
-      has_period = true;
-      has_followed = has_followed || both > 0;
-      const double years = plot.occasions[k + 1].years - plot.occasions[k].years;
-      if (years >= kShortestYears || 2 * both >= std::min(first, second)) continue;
+      const std::string reason =
+          objection(trees, plot.occasions[k + 1].years - plot.occasions[k].years);
+      if (reason.empty()) continue;
       throw InputError(
-          fmt::format("{} of {} trees of {} have a row at {}, too: these seem to be days of one "
-                      "visit; give all rows of a visit of a plot the same year or date",
-                      both,
-                      first,
-                      plot.occasions[k].text,
-                      plot.occasions[k + 1].text),
+          fmt::format(
+              "{} after {} seems to be no visit of its own: {}; give all rows of a visit of "
+              "a plot, and of its table of plots, the same year or date",
+              plot.occasions[k + 1].text,
+              plot.occasions[k].text,
+              reason),
           {.file = file, .column = "year", .plot = plot.plot});
     }
   }
@@ -53,8 +100,6 @@ void check_visits(const std::vector<MeasuredPlot>& plots, const std::string& fil
 void check_increments(const GrowthReport& report, const std::string& file) {
   // Single trees have errors of all sizes.
   constexpr std::size_t kFewest = 3;
-  // Lost bark and errors of tapes are a few percent of dbh.
-  constexpr double kLargestLoss = 0.25;
   struct Changes {
     std::vector<double> start_cm{};
     std::vector<double> ratio{};

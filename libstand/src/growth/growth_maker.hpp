@@ -51,7 +51,9 @@ class GrowthMaker {
   TreeFate fate_at_end(const MeasuredTree& tree, std::size_t occasion) const;
   void follow_plot(std::size_t number, LivingTrees& living);
   void follow_trees();
+  void place_trees();
   void find_areas();
+  void note_uncounted();
   std::vector<PlotAtTime> plots_at_occasions() const;
   void add_trees();
   void add_tree(const Period& period, const TreeInPeriod& tree);
@@ -80,6 +82,7 @@ class GrowthMaker {
   std::vector<TreeStatus> status_{};  ///< of each row at its time; none if all are alive
   bool is_status_of_last_visit_ = false;
   std::vector<Period> periods_{};
+  std::vector<std::vector<std::size_t>> rows_of_trees_{};  ///< of the living trees, by occasion
   Inventory living_{};
   std::unordered_map<std::string, SampledArea> areas_{};  ///< by label
   std::vector<char> is_counted_{};                        ///< of the living trees

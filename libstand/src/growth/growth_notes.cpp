@@ -40,15 +40,18 @@ void GrowthMaker::note_moved() {
 
 void GrowthMaker::add_notes() {
   note_missing();
-  note_moved();
   std::size_t not_found = 0;
   std::vector<std::string> shrunk;
   std::vector<std::string> too_fast;
+  std::vector<std::string> too_thin;
   std::string first_lost;
   for (const TreeGrowth& tree : report_.trees) {
     const bool is_shrunk = tree.dbh_cm_per_year < 0.0;
+    const bool is_too_thin = tree.dbh_end_cm < (1.0 - kLargestLoss) * tree.dbh_start_cm;
     if (is_shrunk || tree.dbh_cm_per_year > kFastestCmPerYear) {
-      (is_shrunk ? shrunk : too_fast)
+      (is_too_thin ? too_thin
+       : is_shrunk ? shrunk
+                   : too_fast)
           .push_back(fmt::format("plot {}, tree {} ({} to {} cm, {} to {})",
                                  tree.plot,
                                  tree.tree,
@@ -91,6 +94,13 @@ void GrowthMaker::add_notes() {
                    counted(too_fast.size(), "dbh increment is", "dbh increments are"),
                    kFastestCmPerYear,
                    data::list_of(too_fast)));
+  note(too_thin.size(),
+       fmt::format("{} more than {:g} % of its dbh and {} for the same one: the number seems to be "
+                   "another tree's, which changes survivor growth, ingrowth and losses: {}",
+                   counted(too_thin.size(), "tree lost", "trees lost"),
+                   100.0 * kLargestLoss,
+                   too_thin.size() == 1 ? "counts" : "count",
+                   data::list_of(too_thin)));
   note(
       shrunk.size(),
       fmt::format(

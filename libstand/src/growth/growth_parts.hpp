@@ -17,7 +17,10 @@ namespace silvafit::stand {
 /// to 8 cm of dbh in a year.
 inline constexpr double kFastestCmPerYear = 10.0;
 
-/// \throws InputError if days of one visit are times of their own, or no tree is followed
+/// More than lost bark and errors of tapes, which are a few percent of dbh.
+inline constexpr double kLargestLoss = 0.25;
+
+/// \throws InputError if parts of one visit are times of their own, or no tree is followed
 void check_visits(const std::vector<MeasuredPlot>& plots, const std::string& file);
 
 /// Refuses plots whose trees have new numbers: none comes again, and the trees after that are too
@@ -28,7 +31,7 @@ void refuse_new_numbers(const std::vector<MeasuredPlot>& plots, const Inventory&
 /// Refuses visits of a plot in different units.
 /// \param file  of the inventory, for the message
 /// \throws InputError if the median tree of a plot, of three survivors or more, grew by more than
-///   kFastestCmPerYear or lost a quarter of it
+///   kFastestCmPerYear or lost more than kLargestLoss of it
 void check_increments(const GrowthReport& report, const std::string& file);
 
 /// The rows of survivors of a period at its start and its end.

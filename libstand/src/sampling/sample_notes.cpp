@@ -43,7 +43,9 @@ void SampleMaker::note_unmatched() {
   for (const PlotRecord& record : design_.plots->plots) {
     if (record.share == 0.0) outside.push_back(record.plot);
     const bool has_trees = inventory_.plot.code_of(record.plot) != data::TextColumn::kMissingCode;
-    if (!has_trees && record.share != 0.0) without_trees.push_back(record.plot);
+    const auto& left_out = inventory_.plots_left_out;
+    const bool is_unknown = std::ranges::find(left_out, record.plot) != left_out.end();
+    if (!has_trees && !is_unknown && record.share != 0.0) without_trees.push_back(record.plot);
   }
   if (without_row.size() == records_.size() && !records_.empty()) {
     std::vector<std::string> of_table;

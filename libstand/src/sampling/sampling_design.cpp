@@ -255,6 +255,13 @@ void SampleMaker::add_areas() {
     sample_.represented[tree] = per_ha_of_whole_plot(tree, record) / slope_cosine(record) *
                                 area.whole_m2 / kSquareMetersPerHectare;
   }
+  const std::vector<std::string> unknown = take_unknown_plots(inventory_, false, sample_.areas);
+  if (unknown.empty()) return;
+  sample_.notes.push_back(
+      fmt::format("{} no tree with a dbh and {} treated as unknown and not counted: {}",
+                  counted(unknown.size(), "plot has", "plots have"),
+                  unknown.size() == 1 ? "is" : "are",
+                  data::list_of(unknown)));
 }
 
 /// Plots all of whose trees are dead or cut, and those of the table without trees. Those whose rows

@@ -205,7 +205,9 @@ void InventoryReader::append(const InventoryRow& row, TreeStatus status) {
   } else if (plan_.time_field) {
     is_missing(row.time) ? times_.append_missing() : times_.append(row.time);
   }
-  if (plan_.stem_field) inventory.stem.append(row.stem);
+  if (plan_.stem_field) {
+    row.stem.empty() ? inventory.stem.append_missing() : inventory.stem.append(row.stem);
+  }
   if (!row.location.empty()) plots_of_locations_.add(row.location, row.labels[kPlot]);
   if (plan_.genus_field && !is_missing(row.genus) && !is_missing(row.labels[kSpecies])) {
     genera_of_species_.add(row.labels[kSpecies], row.genus);

@@ -110,6 +110,8 @@ class InventoryReader {
   void refuse_tally() const;
   void refuse_epithets() const;
   void count_findings();
+  bool tells_stems_apart(const std::vector<std::string>& labels) const;
+  void number_stems();
   void compare_trees();
   void compare_measurements();
   void refuse_unknown_visits() const;

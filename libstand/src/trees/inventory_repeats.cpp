@@ -11,12 +11,15 @@
 #include <numeric>
 #include <optional>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/data/csv.hpp"
 #include "trees/inventory_columns.hpp"
 #include "trees/inventory_reader.hpp"
+#include "trees/measurement_time.hpp"
 #include "trees/plot_visits.hpp"
 
 namespace silvafit::stand {
@@ -241,7 +244,8 @@ void keep_rows(const std::vector<std::size_t>& rows,
 
 RepeatedTrees repeated_trees(const Inventory& inventory,
                              const data::TextColumn& times,
-                             const TimedTrees& skipped) {
+                             const TimedTrees& skipped,
+                             bool thickest_first) {
   RepeatedTrees result;
   std::vector<RepeatedTree>& repeated = result.rows;
   const std::vector<std::string> later = later_visits(inventory, times, skipped, result.visits);
@@ -258,7 +262,10 @@ RepeatedTrees repeated_trees(const Inventory& inventory,
   const auto id = [&inventory](std::size_t row) {
     return std::pair(inventory.plot.code(row), inventory.tree.code(row));
   };
-  std::ranges::stable_sort(order, {}, id);
+  std::ranges::stable_sort(order, {}, [&](std::size_t row) {
+    const bool is_sized = thickest_first && !std::isnan(inventory.dbh_cm[row]);
+    return std::pair(id(row), is_sized ? -inventory.dbh_cm[row] : 0.0);
+  });
 
   SameId same_id(inventory, times);
   for (std::size_t i = 0; i < order.size(); ++i) {
@@ -283,11 +290,12 @@ RepeatedTrees repeated_trees(const Inventory& inventory,
 void resolve_repeated_trees(const std::string& tree_column,
                             const data::TextColumn& times,
                             const TimedTrees& skipped,
+                            bool thickest_first,
                             CheckedInventory& checked,
                             std::vector<std::size_t>& positions,
                             RepeatedNumbers& numbers) {
   Inventory& inventory = checked.inventory;
-  const auto [repeated, visits] = repeated_trees(inventory, times, skipped);
+  const auto [repeated, visits] = repeated_trees(inventory, times, skipped, thickest_first);
   numbers.visits.add(visits);
   if (repeated.empty()) return;
   std::vector<std::size_t> kept;
@@ -328,6 +336,13 @@ std::vector<std::string> RepeatedNumbers::notes() const {
         counted(renamed, "tree has", "trees have"),
         first_renamed));
   }
+  if (further_stems > 0) {
+    notes.push_back(fmt::format("{} of a tree with another stem and {} a number of {} own: {}",
+                                counted(further_stems, "row is", "rows are"),
+                                further_stems == 1 ? "has" : "have",
+                                further_stems == 1 ? "its" : "their",
+                                first_further_stem));
+  }
   if (stems > 0) {
     notes.push_back(fmt::format(
         "{} at the position of the other tree and differ{} from it in dbh, as stems of one stool "
@@ -345,13 +360,90 @@ std::vector<std::string> RepeatedNumbers::notes() const {
   return notes;
 }
 
+namespace {
+
+/// The labels of stems by code of the column; empty for a missing one. Numbers are equal by value.
+std::vector<std::string> stem_labels(const data::TextColumn& stems) {
+  std::vector<std::string> labels;
+  for (const std::string& label : stems.levels()) {
+    double number = 0.0;
+    labels.push_back(data::parse_number(label, number) ? data::shortest(number) : label);
+  }
+  return labels;
+}
+
+/// The calendar year of each time by code, or a number of its own for another time.
+std::vector<double> calendar_years(const data::TextColumn& times) {
+  std::vector<double> years;
+  for (const std::string& time : times.levels()) {
+    const std::optional<double> known = years_of(time);
+    years.push_back(known ? std::floor(*known) : -1.0 - static_cast<double>(years.size()));
+  }
+  return years;
+}
+
+}  // namespace
+
+/// Whether a column of stems has several of a tree in one year. Otherwise it is something else,
+/// such as a class of quality, or each tree has one stem.
+bool InventoryReader::tells_stems_apart(const std::vector<std::string>& labels) const {
+  const Inventory& inventory = result_.inventory;
+  const std::vector<double> years = calendar_years(times_);
+  std::map<std::tuple<std::uint32_t, std::uint32_t, double>, std::string_view> seen;
+  for (std::size_t row = 0; row < inventory.size(); ++row) {
+    if (inventory.stem.is_missing(row)) continue;
+    const std::string& label = labels[inventory.stem.code(row)];
+    const bool has_time = times_.size() > 0 && !times_.is_missing(row);
+    const double year = has_time ? years[times_.code(row)] : 0.0;
+    const auto [first, is_new] =
+        seen.try_emplace({inventory.plot.code(row), inventory.tree.code(row), year}, label);
+    if (!is_new && first->second != label) return true;
+  }
+  return false;
+}
+
+/// Stems of a tree are trees of their own: the labels of all but the least become part of its
+/// number, so that a stem is the same at all times, whatever the order of the rows.
+void InventoryReader::number_stems() {
+  Inventory& inventory = result_.inventory;
+  if (inventory.stem.size() == 0) return;
+  const std::vector<std::string> labels = stem_labels(inventory.stem);
+  if (!tells_stems_apart(labels)) return;
+  const data::TextColumn& plots =
+      inventory.measured_plot.size() > 0 ? inventory.measured_plot : inventory.plot;
+  const auto tree_of = [&](std::size_t row) {
+    return std::pair(plots.code(row), inventory.tree.code(row));
+  };
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::string_view> least;
+  for (std::size_t row = 0; row < inventory.size(); ++row) {
+    if (inventory.stem.is_missing(row)) continue;
+    const std::string_view label = labels[inventory.stem.code(row)];
+    const auto [found, is_new] = least.try_emplace(tree_of(row), label);
+    if (!is_new) found->second = std::min(found->second, label);
+  }
+  data::TextColumn numbers;
+  for (std::size_t row = 0; row < inventory.size(); ++row) {
+    const bool has_label = !inventory.stem.is_missing(row);
+    const std::string_view label =
+        has_label ? std::string_view(labels[inventory.stem.code(row)]) : std::string_view();
+    const bool is_other = has_label && label != least.at(tree_of(row));
+    numbers.append(is_other ? fmt::format("{}#{}", inventory.tree[row], label)
+                            : std::string(inventory.tree[row]));
+    if (!is_other || repeated_numbers_.further_stems++ > 0) continue;
+    repeated_numbers_.first_further_stem =
+        describe(inventory.place(row), fmt::format("now {}", numbers[row]));
+  }
+  inventory.tree = std::move(numbers);
+}
+
 void InventoryReader::compare_trees() {
+  number_stems();
   if (options_.keeps_measurements) result_.inventory.time = times_;
   if (options_.keeps_measurements && times_.size() > 0) {
     compare_measurements();
   } else {
     resolve_repeated_trees(
-        plan_.labels[kTree].text, times_, skipped_, result_, kept_rows_, repeated_numbers_);
+        plan_.labels[kTree].text, times_, skipped_, false, result_, kept_rows_, repeated_numbers_);
     refuse_unknown_visits();
   }
   if (!options_.case_sensitive) spellings_.unify(result_.inventory.species);
@@ -370,7 +462,8 @@ void InventoryReader::refuse_unknown_visits() const {
       {.file = file_, .column = csv_.header()[*plan_.time_field]});
 }
 
-/// Trees with the same number are compared within each time of measurement.
+/// Trees with the same number are compared within each time of measurement, the thickest first, so
+/// that those of one stool are the same at all times whatever the order of the rows.
 void InventoryReader::compare_measurements() {
   Inventory& inventory = result_.inventory;
   data::TextColumn labels;
@@ -378,7 +471,8 @@ void InventoryReader::compare_measurements() {
     labels.append(fmt::format("{}{}{}", inventory.plot[row], kSeparator, times_[row]));
   }
   inventory.plot = std::move(labels);
-  resolve_repeated_trees(plan_.labels[kTree].text, {}, {}, result_, kept_rows_, repeated_numbers_);
+  resolve_repeated_trees(
+      plan_.labels[kTree].text, {}, {}, true, result_, kept_rows_, repeated_numbers_);
   const auto plot_in = [](std::string_view label) {
     return label.substr(0, label.find(kSeparator));
   };
@@ -392,6 +486,9 @@ void InventoryReader::compare_measurements() {
   std::string& first = repeated_numbers_.first_renamed;
   if (const std::size_t at = first.find(kEscaped); at != std::string::npos) {
     first.replace(at, kEscaped.size(), " ");
+    first +=
+        "; from one time to the next they are matched in the order of dbh: give each tree a "
+        "number of its own, as in `columns=tree=subplot + \"-\" + number`, if that is wrong";
   }
 }
 

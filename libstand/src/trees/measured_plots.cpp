@@ -166,9 +166,14 @@ std::vector<MeasuredPlot> measured_plots(const Inventory& inventory,
   }
   const std::vector<std::string> times = times_of_rows(inventory, notes);
   PlotList list;
-  for (std::size_t row = 0; row < inventory.size(); ++row) {
-    MeasuredPlot& plot = list.named(std::string(inventory.plot[row]));
-    add_occasion(plot, *years_of(times[row]), times[row]);
+  // A year is that of a date in it, so dates come first.
+  for (const bool are_dates : {true, false}) {
+    for (std::size_t row = 0; row < inventory.size(); ++row) {
+      MeasuredPlot& plot = list.named(std::string(inventory.plot[row]));
+      const double years = *years_of(times[row]);
+      if (is_year(years) == are_dates) continue;
+      if (are_dates || !occasion_at(plot, times[row])) add_occasion(plot, years, times[row]);
+    }
   }
   if (plots != nullptr) {
     add_times_of(*plots, list);

@@ -70,8 +70,6 @@ std::optional<double> years_of_month(std::string_view date) {
   return years_of_day(*year, *month, kMiddle);
 }
 
-bool is_year(double years) { return years == std::floor(years); }
-
 /// A text without its time of day.
 std::string_view date_in(std::string_view text) {
   text = data::trimmed(text);
@@ -135,6 +133,8 @@ std::string with_year_first(std::string_view time, DayPlace place) {
   if (!years_of_day(parts->third, month, day)) return std::string(time);
   return fmt::format("{}-{:02}-{:02}", parts->third, month, day);
 }
+
+bool is_year(double years) { return years == std::floor(years); }
 
 bool is_same_time(double left, double right) {
   constexpr double kHalfADay = 0.5 / 365.25;

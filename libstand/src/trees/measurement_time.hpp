@@ -32,6 +32,8 @@ std::string with_year_first(std::string_view time, DayPlace place);
 std::optional<std::size_t> same_time(const std::vector<std::string>& times, std::string_view time);
 /// The same for times by years_of().
 std::optional<std::size_t> same_time(const std::vector<double>& years, double time);
+/// Whether a time is a year alone.
+bool is_year(double years);
 /// Whether times are less than half a day apart.
 bool is_same_time(double left, double right);
 

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
+#include <string_view>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
@@ -221,6 +223,23 @@ std::vector<SampledArea> sampled_areas(const Inventory& inventory, double plot_a
   for (const std::string& plot : inventory.plots_without_trees) areas.push_back({.name = plot});
   for (SampledArea& area : areas) area.area_m2 = plot_area_m2;
   return areas;
+}
+
+std::vector<std::string> take_unknown_plots(const Inventory& inventory,
+                                            bool by_position,
+                                            std::vector<SampledArea>& areas) {
+  std::set<std::string_view> uncounted;
+  for (std::size_t tree = 0; tree < inventory.size(); ++tree) {
+    const bool is_unplaced = by_position && !has_position(inventory, tree);
+    if (is_unplaced || std::isnan(inventory.dbh_cm[tree])) uncounted.insert(inventory.plot[tree]);
+  }
+  std::vector<std::string> unknown;
+  std::erase_if(areas, [&](const SampledArea& area) {
+    const bool is_unknown = area.trees.empty() && uncounted.contains(area.name);
+    if (is_unknown) unknown.push_back(area.name);
+    return is_unknown;
+  });
+  return unknown;
 }
 
 std::vector<SampledArea> plots_of_unknown_area(const Inventory& inventory) {

@@ -216,8 +216,13 @@ class Filling {
       if (is_measured(result_.value[row])) continue;
       result_.flag[row] = flags[i];
       const auto at = static_cast<Index>(i);
-      const double value =
-          prediction.value[at] + (options_.add_residual ? noise * prediction.residual_sd[at] : 0.0);
+      const double value = options_.add_residual
+                               ? with_residual(prediction.value[at],
+                                               prediction.residual_sd[at],
+                                               noise,
+                                               Random(options_.seed, (stream << kRowBits) + row),
+                                               row)
+                               : prediction.value[at];
       if (!std::isfinite(value)) {
         if (result_.flag[row].empty()) result_.flag[row] = "outside the domain of the model";
         continue;
@@ -233,6 +238,24 @@ class Filling {
   }
 
  private:
+  // Streams of rows beside those of parts.
+  static constexpr int kRowBits = 40;
+
+  /// A possible value of a row; NaN if none was drawn.
+  /// \param again  for residuals instead of one that makes the value impossible
+  double with_residual(
+      double mean, double residual_sd, double noise, Random again, std::size_t row) const {
+    const bool has_height = table_.has("h") && table_.is_numeric("h");
+    const double h_m = has_height ? table_.numbers("h")[row] : kNaN;
+    constexpr int kDraws = 1000;
+    for (int draw = 0; draw < kDraws; ++draw) {
+      const double value = mean + noise * residual_sd;
+      if (!std::isfinite(value) || is_possible_value(options_.response, value, h_m)) return value;
+      noise = again.normal();
+    }
+    return kNaN;
+  }
+
   const data::Table& table_;
   const ImputeOptions& options_;
   Imputation& result_;
@@ -302,6 +325,12 @@ ImputeModels imputation_models(const data::Table& table,
   std::stable_sort(parts.begin(), parts.end() - 1, [&](const Part& left, const Part& right) {
     return place(left) < place(right);
   });
+  if (!options.by.empty()) {
+    const data::TextColumn by = table.labels(options.by);
+    for (const std::size_t row : parts.back().measured) {
+      if (!by.is_missing(row)) result.measured_labels.emplace(by[row]);
+    }
+  }
   std::vector<std::string> open = labels;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const Part& part = parts[i];
@@ -350,6 +379,15 @@ Imputation impute_with(const ImputeModels& models,
   for (std::size_t i = 0; i < parts.size(); ++i) {
     if (parts[i].rows.empty()) continue;
     filling.fill(parts[i], models.models[i].fit, models.models[i].stream);
+  }
+  if (!labels) return result;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const bool is_by_others = result.source[row] == ImputeSource::kImputed &&
+                              !labels->is_missing(row) &&
+                              !models.measured_labels.contains(std::string((*labels)[row]));
+    if (is_by_others && result.flag[row].empty()) {
+      result.flag[row] = fmt::format("no tree of its {} is measured", options.by);
+    }
   }
   return result;
 }

@@ -81,9 +81,10 @@ void note_few_plots(const data::Table& measured,
   const std::string group = plot_column(measured, options);
   if (!options.random.empty() || group.empty() || group_count(measured, group) > 1) return;
   notes.push_back(fmt::format(
-      "fewer than two values of '{}' have a measured {}, so the model has no random effects",
+      "fewer than two values of '{}' have a measured {}, so the model has no random effects{}",
       group,
-      options.response));
+      options.response,
+      options.interval > 0.0 ? ", and the intervals lack the differences between them" : ""));
 }
 
 /// Random effects to try in turn: the requested ones, or two, one and none.

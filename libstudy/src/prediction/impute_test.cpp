@@ -227,6 +227,47 @@ TEST_CASE("residuals that are added have the fit's standard deviation and follow
   CHECK(squares / count == Approx(1.0).margin(4.0 * std::sqrt(2.0 / count)));
 }
 
+TEST_CASE("a residual that makes a crown base impossible is drawn anew") {
+  // Crown bases near the ground, of which a residual of 0.5 m would put every fourth below it.
+  Random random(4);
+  data::Table table;
+  std::vector<double> h;
+  std::vector<double> hcb;
+  for (int i = 0; i < 600; ++i) {
+    h.push_back(random.uniform(2.0, 4.0));
+    const double base = 0.1 * h.back() + random.normal(0.0, 0.5);
+    hcb.push_back(i % 3 == 0 && base >= 0.0 && base < h.back() ? base : kNaN);
+  }
+  table.set("h", h);
+  table.set("hcb", hcb);
+  const Imputation result = impute(table,
+                                   catalogue(),
+                                   {.response = "hcb",
+                                    .formula = "hcb ~ a + b*h",
+                                    .random = "none",
+                                    .variance = "none",
+                                    .add_residual = true});
+  CHECK(result.count(ImputeSource::kMissing) == 0);
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    CHECK((result.value[row] >= 0.0 && result.value[row] < h[row]));
+  }
+}
+
+TEST_CASE("a species without a measured tree is flagged, since it has the curve of others") {
+  data::Table table = inventory();
+  std::vector<double> h(table.numbers("h").begin(), table.numbers("h").end());
+  const data::TextColumn species = table.labels("species");
+  for (std::size_t row = 0; row < h.size(); ++row) {
+    if (species[row] == "rare") h[row] = kNaN;
+  }
+  table.set("h", h);
+  const Imputation result = impute(table, catalogue(), {.by = "species"});
+  for (std::size_t row = 0; row < h.size(); ++row) {
+    const bool is_flagged = result.flag[row] == "no tree of its species is measured";
+    CHECK(is_flagged == (species[row] == "rare"));
+  }
+}
+
 TEST_CASE("plots without measured trees get random effects drawn from their distribution") {
   constexpr int kUnmeasured = 400;
   const data::Table table = linear_inventory(kUnmeasured, 1);

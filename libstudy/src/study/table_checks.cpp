@@ -74,9 +74,8 @@ std::string origin_of(const std::string& name,
       fmt::join(mappings, ","));
 }
 
-bool is_size(const std::string& response, const data::Table& table) {
-  const bool is_named = response == "h" || response == "hcb" || response == "cw";
-  return is_named && table.has(response);
+bool is_size(const std::string& response) {
+  return response == "h" || response == "hcb" || response == "cw";
 }
 
 /// The heights of trees whose crown base is above them; empty if they are not known.
@@ -88,15 +87,14 @@ std::span<const double> heights_for(const std::string& response, const data::Tab
 /// The rows where a size of a tree cannot have been measured; none for other responses.
 std::vector<std::size_t> impossible_rows(const std::string& response, const data::Table& table) {
   std::vector<std::size_t> rows;
-  if (!is_size(response, table)) return rows;
+  if (!is_size(response) || !table.has(response)) return rows;
   require_numbers(table, {response});
   const std::span<const double> values = table.numbers(response);
   const std::span<const double> heights = heights_for(response, table);
-  const stand::TreeColumn* const column = stand::tree_column(response);
   for (std::size_t row = 0; row < values.size(); ++row) {
     if (std::isnan(values[row])) continue;
-    const bool is_above_top = !heights.empty() && values[row] >= heights[row];
-    if (!column->is_possible(values[row]) || is_above_top) rows.push_back(row);
+    const double h_m = heights.empty() ? data::kMissing : heights[row];
+    if (!is_possible_value(response, values[row], h_m)) rows.push_back(row);
   }
   return rows;
 }
@@ -113,7 +111,9 @@ std::string impossible_value(const std::string& response,
 /// The rows of a table of trees in which a size is negative.
 std::vector<std::size_t> negative_rows(const std::string& response, const data::Table& table) {
   std::vector<std::size_t> rows;
-  if (!is_size(response, table) || !table.has("dbh") || !table.is_numeric(response)) return rows;
+  if (!is_size(response) || !table.has(response) || !table.has("dbh") ||
+      !table.is_numeric(response))
+    return rows;
   const std::span<const double> values = table.numbers(response);
   for (std::size_t row = 0; row < values.size(); ++row) {
     if (values[row] < 0.0) rows.push_back(row);
@@ -206,6 +206,12 @@ void require_domain(const BaseModel& model, const data::Table& table) {
   for (const data::Expression& condition : model.domain) {
     require_condition(model, condition, table);
   }
+}
+
+bool is_possible_value(const std::string& response, double value, double h_m) {
+  if (!is_size(response)) return true;
+  const bool is_above_top = response == "hcb" && value >= h_m;
+  return stand::tree_column(response)->is_possible(value) && !is_above_top;
 }
 
 void require_possible(const std::string& response, const data::Table& table) {

@@ -77,7 +77,14 @@ ModelColumns model_columns(const ImputeOptions& options, ReadingState* state) {
   const std::vector<std::string> labels = label_columns(options);
   std::vector<std::string> wanted = labels;
   wanted.insert(wanted.end(), {options.response, "dbh"});
-  return {.names = labels, .wanted = std::move(wanted), .finds_dead = true, .state = state};
+  // Plots may be numbered within stands; which coefficient varies does not matter for that.
+  std::string random = options.random.empty() ? "a | " + labels.front() : options.random;
+  if (random == "none") random.clear();
+  return {.names = labels,
+          .random = std::move(random),
+          .wanted = std::move(wanted),
+          .finds_dead = true,
+          .state = state};
 }
 
 /// Rows of tables with the same columns, one after another.

@@ -115,6 +115,17 @@ void add_quantities(TablePrediction& prediction) {
   std::ranges::move(found.notes, std::back_inserter(prediction.predictions.notes));
 }
 
+/// The random effects of all models, as written.
+std::string random_effects_of(const ModelLibrary& library) {
+  std::set<std::string> terms;
+  for (const LibraryModel& model : library.models) {
+    for (const fit::RandomEffects& term : model.fit.specification.random) {
+      terms.insert(term.text() + " | " + term.group_text());
+    }
+  }
+  return fmt::format("{}", fmt::join(terms, "; "));
+}
+
 /// Predicts a table or its parts, and collects notes on all rows.
 class PredictionRun {
  public:
@@ -138,6 +149,7 @@ class PredictionRun {
     ObservedTable read = read_model_table(rows,
                                           settings_.reading,
                                           {.names = text_columns(library_),
+                                           .random = random_effects_of(library_),
                                            .wanted = std::move(wanted),
                                            .units = unit_options(units_, settings_.threads),
                                            .keeps_sums = true,

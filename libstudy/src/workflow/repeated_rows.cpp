@@ -115,18 +115,18 @@ data::TextColumn labels_in(const std::optional<std::string>& column,
   return labels;
 }
 
-/// Rows of a tree beside its first one at each time.
-std::size_t further_rows(const data::Table& table, const std::vector<Rows>& trees) {
+/// Counts the rows of trees beside their first ones at each time, and those of further times.
+void count_further_rows(const data::Table& table,
+                        const std::vector<Rows>& trees,
+                        RepeatCounts& counts) {
   const auto time = stand::usual_time_column(table.names());
   const data::TextColumn times = time ? table.labels(*time) : data::TextColumn();
-  std::size_t further = 0;
   for (const Rows& rows : trees) {
     std::set<std::uint32_t> seen;
-    for (const std::size_t row : rows) {
-      if (!seen.insert(time ? times.code(row) : 0).second) ++further;
-    }
+    for (const std::size_t row : rows) seen.insert(time ? times.code(row) : 0);
+    counts.others += rows.size() - seen.size();
+    counts.later += seen.size() - 1;
   }
-  return further;
 }
 
 Place place_in(const data::Table& table,
@@ -186,6 +186,10 @@ std::vector<std::string> RepeatCounts::notes() const {
         fmt::format("{} the plot and tree of another row with other values; each is an observation",
                     counted(others, "row has", "rows have")));
   }
+  if (later > 0) {
+    notes.push_back(fmt::format("{} again at another time; each is an observation",
+                                counted(later, "row measures a tree", "rows measure trees")));
+  }
   return notes;
 }
 
@@ -198,7 +202,8 @@ void find_copies(const std::string& plot_column,
   const data::TextColumn tree = table.labels(tree_column);
   const std::vector<Rows> trees = rows_of_trees(plot, tree);
   const std::vector<Copy> copies = copies_in(table, trees);
-  counts.others += further_rows(table, trees) - copies.size();
+  count_further_rows(table, trees, counts);
+  counts.others -= copies.size();
   if (copies.empty()) return;
   auto copy = copies.begin();
   for (std::size_t row = 0; row < table.rows(); ++row) {

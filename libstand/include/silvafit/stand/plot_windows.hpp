@@ -98,6 +98,13 @@ std::vector<SampledArea> sampled_areas(const Inventory& inventory,
 /// Every plot of the inventory with one known area, for inventories without positions.
 std::vector<SampledArea> sampled_areas(const Inventory& inventory, double plot_area_m2);
 
+/// Removes areas in which no tree is counted, but living ones stand that lack a dbh or, with
+/// by_position, a position: these plots are unknown, not empty.
+/// \return the names of the plots
+std::vector<std::string> take_unknown_plots(const Inventory& inventory,
+                                            bool by_position,
+                                            std::vector<SampledArea>& areas);
+
 /// Every plot of the inventory with an unknown area, NaN: values per hectare are NaN, too.
 std::vector<SampledArea> plots_of_unknown_area(const Inventory& inventory);
 

@@ -65,9 +65,11 @@ struct RepeatedTrees {
 /// same number.
 /// \param times    (N) when each row was measured, missing where unknown; empty: always unknown
 /// \param skipped  rows that are not in the inventory, whose times are visits, too
+/// \param thickest_first  of trees with one number the thickest keeps it, else the first row
 /// \throws InputError if trees come again at times that have no order
 RepeatedTrees repeated_trees(const Inventory& inventory,
                              const data::TextColumn& times,
-                             const TimedTrees& skipped = {});
+                             const TimedTrees& skipped = {},
+                             bool thickest_first = false);
 
 }  // namespace silvafit::stand

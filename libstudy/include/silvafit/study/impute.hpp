@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -35,7 +36,8 @@ struct ImputeOptions {
   std::optional<fit::Method> method{};  ///< none: lb, or gnls without random effects
   /// Adds a random residual to each imputed value, and random effects drawn for each plot (and
   /// stand, of nested groupings) without measured trees, so that imputed values vary as measured
-  /// ones do.
+  /// ones do. A residual that makes a value impossible, such as a crown base below the ground, is
+  /// drawn anew.
   bool add_residual = false;
   /// Coverage of prediction intervals of imputed values, in (0, 1); 0: none.
   double interval = 0.0;
@@ -71,6 +73,7 @@ struct ImputeModel {
 /// The models of an imputation; that of all other trees, if any, is the last.
 struct ImputeModels {
   std::vector<ImputeModel> models{};
+  std::set<std::string> measured_labels{};  ///< values of the column `by` with a measured tree
   std::vector<std::string> notes{};
 };
 

@@ -34,6 +34,10 @@ void require_numbers(const data::Table& table, const std::vector<std::string>& v
 /// study are in ..."; empty if none of them is a structural index.
 std::string origin_of_missing(const std::vector<std::string>& columns, const data::Table& table);
 
+/// Whether a value can have been measured, as require_possible() says.
+/// \param h_m  height of the tree; NaN if it is not known
+bool is_possible_value(const std::string& response, double value, double h_m);
+
 /// Checks that measured values are possible: h above breast height, 1.3 m, hcb not below the
 /// ground and below h, cw above 0. Other responses are not checked.
 /// \throws InputError at a value that is no number; DomainError at the first that cannot be

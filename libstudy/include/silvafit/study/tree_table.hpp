@@ -53,6 +53,7 @@ struct RepeatCounts {
   std::size_t copies = 0;    ///< with the same values
   std::string first_copy{};  ///< where it is, for the note
   std::size_t others = 0;    ///< with other values
+  std::size_t later = 0;     ///< with another time
 
   std::vector<std::string> notes() const;
 };
