@@ -240,7 +240,7 @@ TEST_CASE(
     "the fronds of a tree fern start at the top of the stem, and one hangs to the crown base") {
   const Builder& fern = test::shipped_builders().named(BuilderKind::kIfs, "fern");
   const double head = dynamic_cast<const IfsBuilder&>(fern).preset().head;
-  REQUIRE(head == 0.7);
+  REQUIRE(head == 0.85);
   for (int i = 0; i < 5; ++i) {
     const Morphology tree{.plot = "1",
                           .tree = std::to_string(i),
