@@ -58,8 +58,9 @@ double area_ratio(const tree::Builder& builder,
   double sum = 0.0;
   for (int i = 0; i < kTrees; ++i) {
     morphology.tree = std::to_string(i);
-    const TracedScene mesh = traced_tree(tree::grow_tree(
-        morphology, builder, {.mesh = tree::level_of_detail(1, {.textured = true})}));
+    // The finest mesh, of which the pictures are made. Coarser ones of closed crowns hide less.
+    const TracedScene mesh =
+        traced_tree(tree::grow_tree(morphology, builder, {.mesh = {.textured = true}}));
     const TracedScene far =
         traced_tree(tree::grow_tree(morphology, builder, {.impostors = &impostors}));
     sum += hidden_area_m2(far, elevation_deg) / hidden_area_m2(mesh, elevation_deg) / kTrees;
@@ -86,7 +87,7 @@ TEST_CASE("impostors hide as much as the mesh, in the mean of all directions") {
           INFO(builder->name() << ", crown of " << cw << " m, from " << elevation << " degrees");
           // Trees share the pictures of a typical one, whose crown differs by up to a sixth in
           // width and length, and has branches of its own.
-          CHECK(ratio == Approx(1.0).margin(0.22));
+          CHECK(ratio == Approx(1.0).margin(0.16));
           sum += ratio;
           ++number;
         }

@@ -283,6 +283,38 @@ TEST_CASE("Stems are followed by their labels, else by the order of their dbh") 
   CHECK(report.trees[1].dbh_end_cm - report.trees[1].dbh_start_cm == 2.0);
 }
 
+TEST_CASE("Trees that are numbered within subplots are followed by both numbers") {
+  const std::string text =
+      "plot,sub,tree,year,dbh\n1,1,1,2000,30\n1,2,1,2000,15\n1,1,1,2005,33\n1,2,1,2005,40\n";
+  const auto increments = [&](const std::string& subplot) {
+    const GrowthReport report = growth_report(
+        read_inventory(csv_of(text), {.keeps_measurements = true, .subplot = subplot}).inventory,
+        {.plot_area_m2 = 500.0, .trust_units = true});
+    std::vector<double> found;
+    for (const TreeGrowth& one : report.trees) found.push_back(one.dbh_end_cm - one.dbh_start_cm);
+    std::ranges::sort(found);
+    return found;
+  };
+  CHECK(increments("sub") == std::vector{3.0, 25.0});
+  // Without the subplots, the thickest tree is taken for the thickest.
+  CHECK(increments("") == std::vector{10.0, 18.0});
+}
+
+TEST_CASE("A condition does not lose the fates of trees") {
+  const std::string text =
+      "plot,tree,year,dbh,status\n1,1,2000,30,alive\n1,1,2005,,dead\n"
+      "1,2,2000,5,alive\n1,2,2005,8,alive\n1,3,2000,20,alive\n1,3,2005,21,alive\n";
+  const auto fates = [&](const std::string& condition) {
+    return growth_report(
+        read_inventory(csv_of(text), {.where = condition, .keeps_measurements = true}).inventory,
+        {.plot_area_m2 = 500.0});
+  };
+  CHECK_THROWS_WITH(fates("dbh >= 7"), Contains("1 row has no value of a column of the condition"));
+  const GrowthReport report = fates("dbh >= 7 || status == 'dead'");
+  CHECK(value_of(report.plots[0], 0, GrowthPart::kMortality) == Approx(20.0 / 5.0));
+  CHECK(value_of(report.plots[0], 0, GrowthPart::kIngrowth) == Approx(20.0 / 5.0));
+}
+
 TEST_CASE("Parts of one visit are not times of their own") {
   const auto growth_of = [](const std::string& rows) {
     return growth_report(measured("plot,tree,date,dbh\n" + rows).inventory,

@@ -308,9 +308,10 @@ std::vector<std::size_t> Planner::unread_fields(const ColumnPlan& plan) const {
   for (const Source& measure : plan.measures) note(measure.field);
   for (const ExpressionField& used : plan.expression_fields) is_read[used.field] = 1;
   for (const auto& field :
-       {plan.time_field, plan.stem_field, plan.status_field, plan.tally_field, plan.genus_field}) {
+       {plan.time_field, plan.status_field, plan.tally_field, plan.genus_field}) {
     note(field);
   }
+  note_all(plan.stem_fields);
   note_all(plan.unit_fields);
   note_all(plan.location);
   std::vector<std::size_t> fields;
@@ -343,7 +344,11 @@ ColumnPlan Planner::plan() {
     plan.measures[i] = source_of(std::string(known_measure(i).name));
   }
   plan.time_field = time_field();
-  if (const auto stem = usual_stem_column(header_)) plan.stem_field = field_named(*stem);
+  const auto subplot = options_.subplot.empty() ? std::nullopt : field_named(options_.subplot);
+  if (subplot) plan.stem_fields.push_back(*subplot);
+  if (const auto stem = usual_stem_column(header_)) {
+    plan.stem_fields.push_back(*field_named(*stem));
+  }
   plan.unit_fields = unit_fields(plan);
   const auto status =
       status_column(header_, options_.columns, options_.status_codes, options_.dead, file_);

@@ -73,7 +73,8 @@ struct ColumnPlan {
   std::array<Source, kLabelCount> labels{};
   std::array<Source, kMeasureCount> measures{};
   std::optional<std::size_t> time_field{};  ///< of the time of measurement
-  std::optional<std::size_t> stem_field{};  ///< of the number of the stem within its tree
+  /// What tells apart rows with one number: the stem, and the subplot in which trees are numbered.
+  std::vector<std::size_t> stem_fields{};
   /// Of columns of stands and other units of plots, within which plots may be numbered.
   std::vector<std::size_t> unit_fields{};
   /// Fields that name the place of a plot, in a known table whose plots are visits.

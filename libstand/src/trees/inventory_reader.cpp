@@ -205,7 +205,7 @@ void InventoryReader::append(const InventoryRow& row, TreeStatus status) {
   } else if (plan_.time_field) {
     is_missing(row.time) ? times_.append_missing() : times_.append(row.time);
   }
-  if (plan_.stem_field) {
+  if (!plan_.stem_fields.empty()) {
     row.stem.empty() ? inventory.stem.append_missing() : inventory.stem.append(row.stem);
   }
   if (!row.location.empty()) plots_of_locations_.add(row.location, row.labels[kPlot]);

@@ -337,11 +337,12 @@ std::vector<std::string> RepeatedNumbers::notes() const {
         first_renamed));
   }
   if (further_stems > 0) {
-    notes.push_back(fmt::format("{} of a tree with another stem and {} a number of {} own: {}",
-                                counted(further_stems, "row is", "rows are"),
-                                further_stems == 1 ? "has" : "have",
-                                further_stems == 1 ? "its" : "their",
-                                first_further_stem));
+    notes.push_back(
+        fmt::format("{} the number of another stem of the tree, or of a tree of another "
+                    "subplot, and got one of {} own: {}",
+                    counted(further_stems, "row has", "rows have"),
+                    further_stems == 1 ? "its" : "their",
+                    first_further_stem));
   }
   if (stems > 0) {
     notes.push_back(fmt::format(

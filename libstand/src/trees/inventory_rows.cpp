@@ -134,7 +134,10 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
     row.units[i] = data::trimmed(fields[plan_.unit_fields[i]]);
   }
   if (plan_.genus_field) row.genus = data::trimmed(fields[*plan_.genus_field]);
-  if (plan_.stem_field) row.stem = data::trimmed(fields[*plan_.stem_field]);
+  row.stem.clear();
+  for (const std::size_t field : plan_.stem_fields) {
+    row.stem += (row.stem.empty() ? "" : "-") + std::string(data::trimmed(fields[field]));
+  }
   row.location.clear();
   for (const std::size_t field : plan_.location) {
     row.location += fmt::format("{}{}", row.location.empty() ? "" : "-", fields[field]);

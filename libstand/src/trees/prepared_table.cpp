@@ -426,10 +426,11 @@ std::string Preparation::plots_lost(const Text& chosen) const {
   const std::size_t lost = all - plots_in(chosen);
   if (lost == 0) return {};
   return fmt::format(
-      "; {} of {} plots have no such row and are not in the sample: if they were "
-      "measured, use `by`, or list all plots in a table of `plots`",
+      "; {} of {} plots have no such row and are in the sample only if a table of `plots` lists "
+      "them{}",
       lost,
-      all);
+      all,
+      wanted_.keeps_measurements ? "" : "; `by` keeps them all");
 }
 
 void Preparation::choose_rows() {
@@ -438,6 +439,17 @@ void Preparation::choose_rows() {
   table.set_origin(text_->name,
                    std::vector<std::uint32_t>(text_->lines.begin(), text_->lines.end()));
   const std::vector<std::size_t> satisfying = data::rows_that_satisfy(wanted_.where, table);
+  const std::size_t lacking = rows_without_value(table, satisfying);
+  if (lacking > 0 && wanted_.keeps_measurements) {
+    throw InputError(
+        fmt::format("{} no value of a column of the condition {}, and the fate of {} would be lost "
+                    "with them; write it so that it keeps rows without a value, too, as in "
+                    "`dbh >= 7 || status == \"dead\"`",
+                    counted(lacking, "row has", "rows have"),
+                    wanted_.where,
+                    lacking == 1 ? "its tree" : "their trees"),
+        {.file = text_->name, .column = "`where`"});
+  }
   auto chosen = std::make_shared<data::TableText>(empty_copy(*text_));
   data::CsvReader rows(text_);
   Fields fields;
@@ -455,7 +467,6 @@ void Preparation::choose_rows() {
       is_part_ ? "rows are chosen"
                : fmt::format("{} of {} rows are used", chosen->lines.size(), text_->lines.size());
   notes_.push_back(rows_used + ", by the condition " + wanted_.where + plots_lost(chosen));
-  const std::size_t lacking = rows_without_value(table, satisfying);
   if (lacking > 0 && !is_part_) {
     notes_.push_back(fmt::format("{} no value of a column of the condition and {} not used",
                                  counted(lacking, "row has", "rows have"),

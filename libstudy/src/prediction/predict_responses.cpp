@@ -205,13 +205,15 @@ class Predictor {
     if (is_calibrated() && by_group) flag_unused(fit, part, rows, prediction);
   }
 
-  /// A plot whose label is in the fit is taken as the plot of the fit.
+  /// A plot whose label is in the fit is taken as the plot of the fit. Correlated residuals use its
+  /// measured trees.
   void flag_unused(const fit::FittedModel& fit,
                    const data::Table& part,
                    const std::vector<std::size_t>& rows,
                    const fit::Prediction& prediction) {
     const std::string& response = fit.specification.formula.left;
     if (!part.has(response) || prediction.calibrated_from.empty()) return;
+    if (fit.specification.correlation) return;
     const auto measured = part.numbers(response);
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const bool is_fitted = static_cast<double>(prediction.calibrated_from[i]) == kFittedEffects;

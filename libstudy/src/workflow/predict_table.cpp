@@ -115,15 +115,18 @@ void add_quantities(TablePrediction& prediction) {
   std::ranges::move(found.notes, std::back_inserter(prediction.predictions.notes));
 }
 
-/// The random effects of all models, as written.
-std::string random_effects_of(const ModelLibrary& library) {
-  std::set<std::string> terms;
+/// The groups of the models, as random effects of one coefficient; empty if they are nested or
+/// crossed, since labels then are not alone.
+std::string groups_of(const ModelLibrary& library) {
+  std::set<std::string> groups;
   for (const LibraryModel& model : library.models) {
     for (const fit::RandomEffects& term : model.fit.specification.random) {
-      terms.insert(term.text() + " | " + term.group_text());
+      groups.insert(term.group_text());
     }
   }
-  return fmt::format("{}", fmt::join(terms, "; "));
+  const bool is_one =
+      groups.size() == 1 && groups.begin()->find_first_of("/:") == std::string::npos;
+  return is_one ? "a | " + *groups.begin() : std::string();
 }
 
 /// Predicts a table or its parts, and collects notes on all rows.
@@ -149,7 +152,7 @@ class PredictionRun {
     ObservedTable read = read_model_table(rows,
                                           settings_.reading,
                                           {.names = text_columns(library_),
-                                           .random = random_effects_of(library_),
+                                           .random = groups_of(library_),
                                            .wanted = std::move(wanted),
                                            .units = unit_options(units_, settings_.threads),
                                            .keeps_sums = true,

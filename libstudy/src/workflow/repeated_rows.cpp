@@ -187,7 +187,7 @@ std::vector<std::string> RepeatCounts::notes() const {
                     counted(others, "row has", "rows have")));
   }
   if (later > 0) {
-    notes.push_back(fmt::format("{} again at another time; each is an observation",
+    notes.push_back(fmt::format("{} again at another time, as observations of their own",
                                 counted(later, "row measures a tree", "rows measure trees")));
   }
   return notes;

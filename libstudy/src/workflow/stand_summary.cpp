@@ -511,7 +511,8 @@ GrowthSummary stand_growth(const data::TableSource& inventory,
                                         .refuses_unread = true,
                                         .has_expansion = !options.sampling.expansion.empty(),
                                         .keeps_expansion = true,
-                                        .keeps_measurements = true};
+                                        .keeps_measurements = true,
+                                        .subplot = options.sampling.subplot};
   GrowthSummary summary{.inventory =
                             read_inventory(inventory, options.reading, reading, callbacks.note)};
   stand::Inventory& trees = summary.inventory.inventory;

@@ -141,6 +141,9 @@ struct InventoryOptions {
   /// Keep the rows of all dates and of dead and cut trees, with Inventory::time and status, for
   /// growth. Otherwise later measurements of a tree are skipped.
   bool keeps_measurements = false;
+  /// Column of the subplots in which trees are numbered, if numbers tell trees apart within them
+  /// only. Empty: none.
+  std::string subplot{};
   /// Column of the time of measurement, if each plot and time is to be a plot of its own: then the
   /// rows of all times are kept, and dead and cut trees as without it. Empty: no.
   std::string period{};
