@@ -3,9 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
-#include <map>
-#include <set>
 #include <utility>
 
 #include "growth/growth_maker.hpp"
@@ -166,21 +163,6 @@ void GrowthMaker::place_trees() {
       living_.y[row] = living_.y[*first];
     }
   }
-}
-
-void GrowthMaker::note_uncounted() {
-  std::vector<std::string> places;
-  for (std::size_t row = 0; row < living_.size(); ++row) {
-    if (is_counted_[row] == 0)
-      places.push_back(fmt::format("plot {}, tree {}", living_.plot[row], living_.tree[row]));
-  }
-  if (places.empty()) return;
-  report_.notes.push_back(
-      fmt::format("{} outside of the window of the plot, or {} no position, and {} not counted: {}",
-                  counted(places.size(), "row of a living tree is", "rows of living trees are"),
-                  places.size() == 1 ? "has" : "have",
-                  places.size() == 1 ? "is" : "are",
-                  data::list_of(places)));
 }
 
 void GrowthMaker::find_areas() {
@@ -423,66 +405,6 @@ void GrowthMaker::check_density() const {
   }
   check_density_is_possible(start_m2 / area_ha, place);
   check_density_is_possible(end_m2 / area_ha, place);
-}
-
-/// By the table of plots, or a column of the trees.
-void GrowthMaker::find_strata() {
-  stratum_sizes_ = options_.stratum_areas_ha;
-  strata_settings_ = options_.strata;
-  if (!options_.stratum.empty()) {
-    const data::Table table = to_table(inventory_);
-    if (!table.has(options_.stratum)) {
-      throw InputError(data::no_such_column(options_.stratum, table.names()),
-                       {.file = inventory_.file, .column = "`stratum`"});
-    }
-    const data::TextColumn column = table.labels(options_.stratum);
-    std::unordered_map<std::string, std::string> stratum_of;
-    for (std::size_t row = 0; row < inventory_.size(); ++row) {
-      const auto [found, is_new] =
-          stratum_of.try_emplace(std::string(inventory_.plot[row]), std::string(column[row]));
-      if (is_new || found->second == column[row]) continue;
-      Place place = inventory_.place(row);
-      place.column = options_.stratum;
-      throw InputError(
-          fmt::format("the plot belongs to two strata, '{}' and '{}'", found->second, column[row]),
-          place);
-    }
-    for (PlotGrowth& plot : report_.plots) plot.stratum = stratum_of[plot.plot];
-    return;
-  }
-  if (!options_.design.plots || !options_.design.plots->has_stratum) return;
-  std::vector<SampledArea> areas;
-  for (std::size_t i = 0; i < areas_ha_.size(); ++i) {
-    areas.push_back(
-        {.name = report_.plots[i].plot, .area_m2 = areas_ha_[i] * kSquareMetersPerHectare});
-  }
-  DesignStrata strata = strata_of_plots(*options_.design.plots, areas, stratum_sizes_);
-  for (std::size_t i = 0; i < areas.size(); ++i) {
-    report_.plots[i].stratum = std::move(strata.stratum_of_area[i]);
-  }
-  stratum_sizes_ = std::move(strata.sizes);
-  are_weights_ = strata.are_weights;
-  strata_settings_.unit_of_stratum = std::move(strata.unit_of_stratum);
-  std::ranges::move(strata.notes, std::back_inserter(report_.notes));
-}
-
-void GrowthMaker::add_strata() {
-  std::set<std::string> names;
-  std::size_t periods = 0;
-  for (const PlotGrowth& plot : report_.plots) {
-    if (!plot.stratum.empty()) names.insert(plot.stratum);
-    periods = std::max(periods, plot.period);
-  }
-  check_stratum_sizes(names, stratum_sizes_);
-  if (options_.strata.is_finite) {
-    throw UsageError("growth has no correction for finite populations; omit `finite_population`",
-                     {.column = "`finite_population`"});
-  }
-  for (std::size_t period = 1; period <= periods; ++period) {
-    std::vector<StratumGrowth> strata = strata_of_period(
-        report_, areas_ha_, whole_ha_, period, stratum_sizes_, are_weights_, strata_settings_);
-    std::ranges::move(strata, std::back_inserter(report_.strata));
-  }
 }
 
 GrowthReport GrowthMaker::run() {

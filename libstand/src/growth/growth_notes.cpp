@@ -38,6 +38,21 @@ void GrowthMaker::note_moved() {
   if (!moved.empty()) report_.notes.push_back(std::move(moved));
 }
 
+void GrowthMaker::note_uncounted() {
+  std::vector<std::string> places;
+  for (std::size_t row = 0; row < living_.size(); ++row) {
+    if (is_counted_[row] == 0)
+      places.push_back(fmt::format("plot {}, tree {}", living_.plot[row], living_.tree[row]));
+  }
+  if (places.empty()) return;
+  report_.notes.push_back(
+      fmt::format("{} outside of the window of the plot, or {} no position, and {} not counted: {}",
+                  counted(places.size(), "row of a living tree is", "rows of living trees are"),
+                  places.size() == 1 ? "has" : "have",
+                  places.size() == 1 ? "is" : "are",
+                  data::list_of(places)));
+}
+
 void GrowthMaker::add_notes() {
   note_missing();
   std::size_t not_found = 0;

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Parts of a growth report: checks of visits and increments, and estimates by stratum.
+// Parts of a growth report: checks of visits and increments.
 #pragma once
 
 #include <cstddef>
-#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -41,18 +40,5 @@ using Survivors = std::vector<std::pair<std::size_t, std::size_t>>;
 /// did, and may be other trees; empty if there are none.
 /// \param living  the living trees of all times
 std::string describe_moved_trees(const Inventory& living, const std::vector<Survivors>& periods);
-
-/// Estimates of the periods with one number; the last: all strata. None if no such plot has an
-/// area.
-/// \param areas_ha     size of each plot of the report in ratios; NaN: unknown
-/// \param whole_ha     the same of whole plots (SampledArea::whole_m2)
-/// \param sizes        areas [ha] or weights of the strata; may be empty
-std::vector<StratumGrowth> strata_of_period(const GrowthReport& report,
-                                            const std::vector<double>& areas_ha,
-                                            const std::vector<double>& whole_ha,
-                                            std::size_t period,
-                                            const std::map<std::string, double>& sizes,
-                                            bool are_weights,
-                                            const StratumSettings& settings);
 
 }  // namespace silvafit::stand

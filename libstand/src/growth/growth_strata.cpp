@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <set>
 #include <utility>
 
 #include "figures/ratio_estimates.hpp"
-#include "growth/growth_parts.hpp"
+#include "growth/growth_maker.hpp"
+#include "silvafit/base/error.hpp"
 #include "silvafit/data/table.hpp"
 #include "trees/measurement_time.hpp"
 
@@ -14,7 +20,8 @@ bool is_earlier(const std::string& left, const std::string& right) {
   return years_of(left).value_or(0.0) < years_of(right).value_or(0.0);
 }
 
-/// Estimates of one period number.
+/// Estimates of the periods with one number; the last: all strata. None if no such plot has an
+/// area. Sizes are those of ratios, NaN where unknown, and of whole plots (SampledArea::whole_m2).
 class PeriodEstimator {
  public:
   PeriodEstimator(const GrowthReport& report,
@@ -119,14 +126,64 @@ std::vector<StratumGrowth> PeriodEstimator::strata(const std::map<std::string, d
 
 }  // namespace
 
-std::vector<StratumGrowth> strata_of_period(const GrowthReport& report,
-                                            const std::vector<double>& areas_ha,
-                                            const std::vector<double>& whole_ha,
-                                            std::size_t period,
-                                            const std::map<std::string, double>& sizes,
-                                            bool are_weights,
-                                            const StratumSettings& settings) {
-  return PeriodEstimator(report, areas_ha, whole_ha, period).strata(sizes, are_weights, settings);
+/// By the table of plots, or a column of the trees.
+void GrowthMaker::find_strata() {
+  stratum_sizes_ = options_.stratum_areas_ha;
+  strata_settings_ = options_.strata;
+  if (!options_.stratum.empty()) {
+    const data::Table table = to_table(inventory_);
+    if (!table.has(options_.stratum)) {
+      throw InputError(data::no_such_column(options_.stratum, table.names()),
+                       {.file = inventory_.file, .column = "`stratum`"});
+    }
+    const data::TextColumn column = table.labels(options_.stratum);
+    std::unordered_map<std::string, std::string> stratum_of;
+    for (std::size_t row = 0; row < inventory_.size(); ++row) {
+      const auto [found, is_new] =
+          stratum_of.try_emplace(std::string(inventory_.plot[row]), std::string(column[row]));
+      if (is_new || found->second == column[row]) continue;
+      Place place = inventory_.place(row);
+      place.column = options_.stratum;
+      throw InputError(
+          fmt::format("the plot belongs to two strata, '{}' and '{}'", found->second, column[row]),
+          place);
+    }
+    for (PlotGrowth& plot : report_.plots) plot.stratum = stratum_of[plot.plot];
+    return;
+  }
+  if (!options_.design.plots || !options_.design.plots->has_stratum) return;
+  std::vector<SampledArea> areas;
+  for (std::size_t i = 0; i < areas_ha_.size(); ++i) {
+    areas.push_back(
+        {.name = report_.plots[i].plot, .area_m2 = areas_ha_[i] * kSquareMetersPerHectare});
+  }
+  DesignStrata strata = strata_of_plots(*options_.design.plots, areas, stratum_sizes_);
+  for (std::size_t i = 0; i < areas.size(); ++i) {
+    report_.plots[i].stratum = std::move(strata.stratum_of_area[i]);
+  }
+  stratum_sizes_ = std::move(strata.sizes);
+  are_weights_ = strata.are_weights;
+  strata_settings_.unit_of_stratum = std::move(strata.unit_of_stratum);
+  std::ranges::move(strata.notes, std::back_inserter(report_.notes));
+}
+
+void GrowthMaker::add_strata() {
+  std::set<std::string> names;
+  std::size_t periods = 0;
+  for (const PlotGrowth& plot : report_.plots) {
+    if (!plot.stratum.empty()) names.insert(plot.stratum);
+    periods = std::max(periods, plot.period);
+  }
+  check_stratum_sizes(names, stratum_sizes_);
+  if (options_.strata.is_finite) {
+    throw UsageError("growth has no correction for finite populations; omit `finite_population`",
+                     {.column = "`finite_population`"});
+  }
+  for (std::size_t period = 1; period <= periods; ++period) {
+    std::vector<StratumGrowth> strata = PeriodEstimator(report_, areas_ha_, whole_ha_, period)
+                                            .strata(stratum_sizes_, are_weights_, strata_settings_);
+    std::ranges::move(strata, std::back_inserter(report_.strata));
+  }
 }
 
 }  // namespace silvafit::stand

@@ -363,7 +363,7 @@ std::vector<std::string> RepeatedNumbers::notes() const {
 
 namespace {
 
-/// The labels of stems by code of the column; empty for a missing one. Numbers are equal by value.
+/// The labels of stems by code of the column. Numbers are equal by value.
 std::vector<std::string> stem_labels(const data::TextColumn& stems) {
   std::vector<std::string> labels;
   for (const std::string& label : stems.levels()) {
