@@ -10,6 +10,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -337,10 +338,15 @@ void run_tables(const StandArguments& arguments,
   std::optional<ResultFolder> folder;
   // A row for each tree, written while the next trees are read.
   std::optional<RowOutput> rows;
+  std::ostringstream sheet;
   const auto write = [&](const stand::CheckedInventory& part, const stand::StructuralUnits& units) {
-    if (!is_folder(arguments.out)) return;
-    if (!folder) folder.emplace(arguments.out);
-    if (!rows) rows.emplace((std::filesystem::path(arguments.out) / "indices.csv").string());
+    if (arguments.out.empty()) return;
+    if (is_folder(arguments.out) && !folder) folder.emplace(arguments.out);
+    if (!rows && folder) {
+      rows.emplace((std::filesystem::path(arguments.out) / "indices.csv").string());
+    } else if (!rows) {
+      rows.emplace(&sheet);
+    }
     rows->begin(stand::header_of_units(units), part.is_in_file_order);
     stand::write_structural_units(
         part.inventory, units, [&](std::size_t tree, std::string_view text) {
@@ -352,9 +358,12 @@ void run_tables(const StandArguments& arguments,
       study::stand_summary(trees.table, options, callbacks(arguments.common, progress), write);
   progress.clear();
   if (is_folder(arguments.out) && !folder) folder.emplace(arguments.out);
-  const Tables tables = study::tables_of(summary);
-  if (!arguments.out.empty()) write_tables(arguments.out, tables);
   if (rows) rows->finish();
+  Tables tables = study::tables_of(summary);
+  if (rows && !folder) {
+    tables.emplace_back("indices", table_of_csv(std::move(sheet).str(), arguments.out, {}));
+  }
+  if (!arguments.out.empty()) write_tables(arguments.out, tables);
   if (arguments.common.json) {
     print_json_value(study::json_of(summary));
   } else {
@@ -401,6 +410,7 @@ void run(const StandArguments& arguments) {
                                              "sites.csv",
                                              "species.csv",
                                              "diameters.csv",
+                                             "structure.csv",
                                              "classes.csv",
                                              "indices.csv",
                                              "growth_trees.csv",

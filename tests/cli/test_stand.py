@@ -8,6 +8,7 @@ import math
 import random
 import unittest
 
+import layer_files
 from silvafit_program import ProgramTest
 
 WINDOW = {"type": "Feature", "properties": {"plot": "1"},
@@ -192,7 +193,18 @@ class Stand(ProgramTest):
         self.assertIn("IV upper", done.stdout)
         names = {path.name for path in (self.folder / "tables").iterdir()}
         self.assertEqual(names, {"plots.csv", "strata.csv", "species.csv", "diameters.csv",
-                                 "classes.csv", "indices.csv"})
+                                 "structure.csv", "classes.csv", "indices.csv"})
+        self.run_program("stand", "inventory.csv", "--circle", "15,15,21", "--out", "tables.xlsx")
+        sheets = layer_files.read_workbook(self.folder / "tables.xlsx")
+        self.assertEqual({name + ".csv" for name in sheets}, names)
+        trees = rows_of((self.folder / "tables" / "indices.csv").read_text(encoding="utf-8"))
+        self.assertEqual(len(sheets["indices"]), 1 + len(trees))
+        # The mean over core trees, by hand.
+        for row in rows_of((self.folder / "tables" / "structure.csv").read_text(encoding="utf-8")):
+            of = [tree for tree in trees if tree["core"] == "1" and
+                  (row["kind"] == "all" or tree["species"] == row["species"])]
+            self.assertEqual(int(row["core_trees"]), len(of))
+            self.assertAlmostEqual(float(row["M"]), sum(float(tree["M"]) for tree in of) / len(of), places=12)
 
     def test_without_positions_an_area_is_asked_for(self):
         lines = [",".join(line.split(",")[:3] + line.split(",")[5:])

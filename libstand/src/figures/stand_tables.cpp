@@ -169,6 +169,30 @@ data::Table classes_table(const StandReport& report) {
   return std::move(table).table();
 }
 
+/// Means of structural units by species, and of all trees.
+data::Table structure_table(const StandReport& report) {
+  std::vector<UnitSummary> means = report.unit_means_by_species;
+  means.push_back(*report.unit_means);
+  ListTable<UnitSummary> table(means);
+  const UnitSummary* const all = &means.back();
+  table.add("species", &UnitSummary::species);
+  table.add("kind", [all](const UnitSummary& mean) {
+    if (&mean == all) return "all";
+    return mean.species.empty() ? "none" : "species";
+  });
+  table.add("trees", &UnitSummary::trees);
+  table.add("core_trees", &UnitSummary::core_trees);
+  table.add("W", &UnitSummary::W);
+  table.add("M", &UnitSummary::M);
+  table.add("U", &UnitSummary::U);
+  table.add("C", &UnitSummary::C);
+  for (std::size_t i = 0; i < report.units->further.size(); ++i) {
+    table.add(word_of(report.units->further[i].index),
+              [i](const UnitSummary& mean) { return mean.further[i]; });
+  }
+  return std::move(table).table();
+}
+
 }  // namespace
 
 std::string_view name_of(StratumFigures::Kind kind) {
@@ -183,7 +207,10 @@ std::vector<std::pair<std::string, data::Table>> tables_of(const StandReport& re
   if (!report.by.empty()) tables.emplace_back("domains", domains_table(report));
   tables.emplace_back("species", species_table(report));
   tables.emplace_back("diameters", diameters_table(report));
-  if (report.units) tables.emplace_back("classes", classes_table(report));
+  if (report.units) {
+    tables.emplace_back("structure", structure_table(report));
+    tables.emplace_back("classes", classes_table(report));
+  }
   return tables;
 }
 

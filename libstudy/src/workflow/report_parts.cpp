@@ -232,6 +232,13 @@ Decisions decisions_of(const StudyRecord& record) {
   // Stand tables have no study.
   if (!record.study.stages.empty() || !record.study.results.empty()) {
     add_level_decisions(record, decisions);
+  } else if (!record.height_curves.empty()) {
+    decisions.emplace_back(
+        "Height curves",
+        fmt::format("Naslund's curve ({}) by least squares, for species with at least {} measured "
+                    "heights; trees outside of windows and circles are used, too",
+                    kHeightModel,
+                    kEnoughHeights));
   }
   return decisions;
 }
