@@ -43,6 +43,7 @@ struct NamedFits {
   std::vector<study::ModelLibrary> libraries{};
   std::map<const fit::FittedModel*, std::string> names{};
   std::vector<Subject> subjects{};
+  std::vector<std::string> notes{};  ///< fits without another for the same response
 };
 
 /// "heights.json", with the role or number of the fit if the file has several fits.
@@ -74,6 +75,14 @@ NamedFits read_fits(const std::vector<std::string>& files) {
       result.names[&model.fit] = name_of(files[f], library, i);
       subject_of(model, result.subjects).fits.push_back(&model.fit);
     }
+  }
+  for (const Subject& subject : result.subjects) {
+    if (subject.fits.size() > 1) continue;
+    result.notes.push_back(fmt::format("{} is not compared: it is the only fit for {}{}{}",
+                                       result.names.at(subject.fits.front()),
+                                       subject.response,
+                                       subject.species.empty() ? "" : " of ",
+                                       subject.species));
   }
   std::erase_if(result.subjects, [](const Subject& subject) { return subject.fits.size() < 2; });
   if (result.subjects.empty()) {
@@ -113,6 +122,7 @@ void write_page(const CompareArguments& arguments,
 void run(const CompareArguments& arguments) {
   refuse_same_files(all_of("FIT.json", arguments.files), {{"--html", arguments.html}});
   const NamedFits named = read_fits(arguments.files);
+  for (const std::string& note : named.notes) say(arguments.common, "note: " + note);
   if (!arguments.html.empty()) write_page(arguments, named.libraries);
   if (arguments.common.json) {
     ordered_json result{{"schema", "silvafit-compare/1"}, {"comparisons", ordered_json::array()}};

@@ -8,6 +8,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "command.hpp"
 #include "output_files.hpp"
@@ -115,8 +117,18 @@ void report_grown(const CommonOptions& common, const study::GrowResult& result) 
 
 void run(const GrowArguments& arguments) {
   study::GrowSettings settings = arguments.settings;
-  refuse_same_files({{"MORPHOLOGY.csv", arguments.file}, {"--grammar", settings.grammar}},
-                    {{"--scene", settings.scene}, {"--manifest", settings.manifest}});
+  std::vector<NamedFile> written{{"--scene", settings.scene}, {"--manifest", settings.manifest}};
+  // The buffer of glTF and the materials of OBJ are beside the scene.
+  const std::filesystem::path scene(settings.scene);
+  for (const auto& [ending, beside] : {std::pair(".gltf", ".bin"), std::pair(".obj", ".mtl")}) {
+    if (scene.extension() != ending) continue;
+    written.push_back(
+        {"a file beside --scene", std::filesystem::path(scene).replace_extension(beside)});
+  }
+  refuse_same_files({{"MORPHOLOGY.csv", arguments.file}, {"--grammar", settings.grammar}}, written);
+  if (is_layer_output(settings.manifest)) {
+    throw UsageError("is a CSV file, not a workbook or layer", {.column = "--manifest"});
+  }
   if (settings.stream && arguments.common.json) {
     throw UsageError("--json has an entry for each tree; with --stream, use --manifest FILE.csv",
                      {.column = "--stream"});
@@ -125,7 +137,8 @@ void run(const GrowArguments& arguments) {
   settings.seed = arguments.common.seed;
   settings.threads = arguments.common.threads;
   const auto catalogue = tree::BuilderCatalogue::load(data_directory() / "models");
-  const TreeTable trees = open_trees(arguments.file, arguments.table, arguments.common);
+  const TreeTable trees =
+      open_drawn_trees(arguments.file, arguments.table, settings.reading, arguments.common);
   Progress progress(arguments.common);
   const study::GrowResult result =
       study::grow(trees.table, catalogue, settings, callbacks(arguments.common, progress));
@@ -146,12 +159,15 @@ void add_grow_command(CLI::App& program) {
       "With --out: write trees while others are read, so that memory does not grow with their "
       "number; if the rows of a plot are not contiguous, they are sorted on disk first");
   add_layer_options(*command, arguments->table);
+  add_terrain_option(*command, arguments->table);
   add_common_options(*command, arguments->common);
   add_example(*command,
               "silvafit grow examples/fir-mixed/inventory.csv --plot 1 --scene plot1.glb");
   command->callback([arguments, command] {
     const bool has_ground = arguments->settings.out.empty() || arguments->settings.is_by_plot;
-    refuse_idle(*command, "--ground", has_ground, "--scene or --per plot");
+    for (const char* const option : {"--ground", "--terrain"}) {
+      refuse_idle(*command, option, has_ground, "--scene or --per plot");
+    }
     run(*arguments);
   });
 }

@@ -240,7 +240,8 @@ void add_models_command(CLI::App& program) {
   add_common_options(*command, options->common);
   command->add_option("id", options->ids, "Entries to show in full, such as M4");
   command->add_option("--response", options->response, "Only models for h, hcb or cw")
-      ->check(CLI::IsMember({"h", "hcb", "cw"}));
+      ->check(CLI::IsMember({"h", "hcb", "cw"}))
+      ->excludes("id");
   command->add_flag("--builders", options->builders, "Tree builders and their presets, for `grow`")
       ->excludes("id")
       ->excludes("--response");

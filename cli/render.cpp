@@ -10,12 +10,14 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "command.hpp"
 #include "output_files.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/base/words.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/render/forest_floor.hpp"
@@ -103,6 +105,14 @@ render::Standpoint standpoint_of(const RenderArguments& arguments) {
 /// The frames of a walk: a row each.
 std::vector<render::Standpoint> walk_of(const std::string& file) {
   const data::Table table = data::read_csv_table(file);
+  constexpr std::string_view kColumns = "east north azimuth up elevation";
+  for (const std::string& name : table.names()) {
+    if (has_word(kColumns, name)) continue;
+    throw InputError(
+        "the frames of a walk have no such column, only east, north, azimuth, up and "
+        "elevation",
+        {.file = file, .column = name});
+  }
   const auto values = [&](const char* name, double otherwise) -> std::vector<double> {
     if (table.has(name)) {
       const auto known = table.numbers(name);
@@ -160,14 +170,20 @@ void prepare_walk(const RenderArguments& arguments,
     if (!is_inside) {
       say(arguments.common,
           fmt::format(
-              "note: the place {:g},{:g} is outside of the scene, which reaches from {:.1f} "
-              "to {:.1f} m east and from {:.1f} to {:.1f} m north",
+              "note: the place {:.1f},{:.1f} is outside of the scene, which reaches from {:.1f} "
+              "to {:.1f} m east and from {:.1f} to {:.1f} m north of its origin",
               one.eye[0],
               -one.eye[2],
               low[0],
               high[0],
               -high[2],
               -low[2]));
+    }
+    if (one.eye[1] < 0.0) {
+      throw UsageError(
+          fmt::format("the height of the eye is {:g} m below the ground; UP is the "
+                      "height above it",
+                      -one.eye[1]));
     }
     one.eye[1] += ground.at(one.eye[0], one.eye[2]);
     places.push_back(one.eye);
@@ -401,6 +417,8 @@ void add_render_command(CLI::App& program) {
           ->type_name("VIEWS.csv")
           ->excludes(eye)
           ->excludes(target);
+  // These place the camera around the model, or draw a plane below it.
+  command.get_option("--camera")->excludes(eye)->excludes(path);
   command.add_flag("--bare",
                    arguments->is_bare,
                    "With --eye or --path: no litter, grass, herbs and fallen branches");
@@ -409,7 +427,9 @@ void add_render_command(CLI::App& program) {
                                                "Vertical field of view (35; walking 60) [degrees]");
   command
       .add_option("--zoom", arguments->options.camera.zoom, "Zoom factor; 2 is half the distance")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->excludes(eye)
+      ->excludes(path);
   CLI::Option* sun =
       command.add_option("--sun", arguments->sun, "Azimuth and elevation of the sun [degrees]")
           ->type_name("AZIMUTH,ELEVATION")
@@ -437,9 +457,12 @@ void add_render_command(CLI::App& program) {
       .add_option("--columns", arguments->columns, "Columns of a contact sheet (default: one row)")
       ->check(CLI::Range(1, 10000))
       ->type_name("N");
-  command.add_flag("--no-ground",
-                   arguments->without_ground,
-                   "No ground plane below models without a ground of their own");
+  command
+      .add_flag("--no-ground",
+                arguments->without_ground,
+                "No ground plane below models without a ground of their own")
+      ->excludes(eye)
+      ->excludes(path);
   command
       .add_flag("--transparent",
                 arguments->options.is_transparent,

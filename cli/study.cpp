@@ -47,12 +47,17 @@ struct StudyArguments {
   CommonOptions common{};
 };
 
-/// One criterion for all levels; likelihood-ratio tests are then not used.
-void apply_criterion(const std::string& text, study::StudyOptions& options) {
+/// One criterion for all levels; likelihood-ratio tests are then only shown, unless the command
+/// line requires them.
+void apply_criterion(const CLI::App& command,
+                     const std::string& text,
+                     study::StudyOptions& options) {
   if (text == "level") return;
   const study::Criterion all = value_of<study::Criterion>(text, "criterion");
   options.criteria = {.base = all, .covariates = all, .random = all, .variance = all};
+  if (is_given(command, "tests")) return;
   options.needs_tests = false;
+  if (!is_given(command, "significance")) options.significance = study::StudyOptions().significance;
 }
 
 /// The settings of the file, except those given on the command line.
@@ -74,7 +79,7 @@ void apply_configuration(const CLI::App& command, StudyArguments& arguments) {
 /// Applies --config and --criterion; options of the command line have priority over the file.
 void apply_settings(const CLI::App& command, StudyArguments& arguments) {
   if (!arguments.configuration.empty()) apply_configuration(command, arguments);
-  apply_criterion(arguments.criterion, arguments.settings.study);
+  apply_criterion(command, arguments.criterion, arguments.settings.study);
 }
 
 std::string percent(double share) {
@@ -105,11 +110,12 @@ void print_soundness(const study::Study& study) {
   print_text("\n");
 }
 
-/// Why the best candidates of a level were not chosen, one line each.
-void print_rejected(const study::Study& study) {
+/// What should be known about the models, and why the best candidates of a level were not chosen,
+/// one line each.
+void print_remarks(const study::Study& study) {
   bool is_first = true;
   for (const study::ResponseStudy& result : study.results) {
-    for (const std::string& sentence : result.rejected()) {
+    for (const std::string& sentence : result.remarks()) {
       if (is_first) print_text("\n");
       is_first = false;
       print_text("{} {}: {}\n", result.species, result.response, with_options(sentence));
@@ -236,7 +242,7 @@ void run_whole_study(const StudyArguments& arguments, const std::filesystem::pat
   } else {
     print_soundness(record.study);
     print_table(record.study);
-    print_rejected(record.study);
+    print_remarks(record.study);
     print_text("\n{} fits in {:.1f} s, {:.0f} a second. The report: {}\n",
                record.study.fit_count(),
                seconds.count(),
@@ -310,7 +316,8 @@ void add_study_command(CLI::App& program, std::string command_line) {
   command
       ->add_option("--criterion",
                    arguments->criterion,
-                   "Criterion for all levels, without tests: aic, aicc, bic or cv (prediction "
+                   "Criterion for all levels, with tests only if --tests requires them: aic, aicc, "
+                   "bic or cv (prediction "
                    "error for plots left out); default: each level has its own")
       ->check(CLI::IsMember({"level", "aic", "aicc", "bic", "cv"}))
       ->capture_default_str()

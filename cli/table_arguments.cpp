@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "table_arguments.hpp"
 
+#include <memory>
 #include <utility>
 
 #include "help.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/source/open_raster.hpp"
 #include "silvafit/stand/window.hpp"
 
 namespace silvafit::cli {
@@ -49,6 +51,29 @@ void add_window_layer_option(CLI::App& command, TableArguments& arguments) {
       ->type_name("NAME")
       ->needs(command.get_option("--window"))
       ->group("Structural units");
+}
+
+void add_terrain_option(CLI::App& command, TableArguments& arguments) {
+  command
+      .add_option(
+          "--terrain",
+          arguments.terrain,
+          "Terrain model (GeoTIFF or ASCII grid, in meters and the trees' coordinates) that "
+          "the trees stand on, instead of their column z")
+      ->type_name("FILE.tif")
+      ->group(kInputSection);
+}
+
+TreeTable open_drawn_trees(const std::string& name,
+                           const TableArguments& arguments,
+                           study::ReadingSettings& reading,
+                           const CommonOptions& common) {
+  TreeTable trees = open_trees(name, arguments, common);
+  if (!arguments.terrain.empty()) {
+    reading.terrain = std::make_shared<const data::Raster>(
+        source::open_raster(arguments.terrain, trees.coordinates));
+  }
+  return trees;
 }
 
 TreeTable open_trees(const std::string& name,

@@ -15,6 +15,7 @@ namespace silvafit::cli {
 struct TableArguments {
   source::TableChoice choice{};
   std::string window_layer{};
+  std::string terrain{};
 };
 
 /// A table, and its coordinate reference system if that is known.
@@ -28,6 +29,15 @@ void add_layer_options(CLI::App& command, TableArguments& arguments);
 
 /// Adds --window-layer.
 void add_window_layer_option(CLI::App& command, TableArguments& arguments);
+
+/// Adds --terrain.
+void add_terrain_option(CLI::App& command, TableArguments& arguments);
+
+/// Opens the trees of a command that draws them, and reads the terrain that they stand on.
+TreeTable open_drawn_trees(const std::string& name,
+                           const TableArguments& arguments,
+                           study::ReadingSettings& reading,
+                           const CommonOptions& common);
 
 /// Opens the trees of a command, with notes on standard error.
 /// \throws as source::open_table

@@ -31,7 +31,7 @@ struct ViewArguments {
   std::string trees{};
   std::string out{};
   bool does_not_open = false;
-  bool chooses_models = false;  ///< --models or --lod is given
+  bool chooses_models = false;  ///< how trees look is given
   study::ViewPageSettings settings{};
 };
 
@@ -52,9 +52,14 @@ void check(const ViewArguments& arguments) {
   if (is_scene && arguments.trees.empty() && has_choice) {
     throw UsageError("--plot and --columns need a table of trees; add --trees FILE.csv");
   }
+  if (is_scene && !arguments.table.terrain.empty()) {
+    throw UsageError("the trees of a GLB scene stand on its ground; use it in grow",
+                     {.column = "--terrain"});
+  }
   if (is_scene && arguments.chooses_models) {
     throw UsageError(
-        "--models and --lod cannot be used with a GLB scene, which is shown unchanged");
+        "--models, --lod, --season and --plain cannot be used with a GLB scene, which is shown "
+        "unchanged");
   }
 }
 
@@ -81,7 +86,8 @@ void run(ViewArguments& arguments) {
   }
   const data::TableSource source =
       arguments.trees.empty()
-          ? open_trees(arguments.source, arguments.table, arguments.common).table
+          ? open_drawn_trees(arguments.source, arguments.table, settings.reading, arguments.common)
+                .table
           : fs::path(arguments.source);
   const fs::path empty_page = bundled_page("scene.html");
   const auto catalogue = tree::BuilderCatalogue::load(data_directory() / "models");
@@ -128,13 +134,16 @@ void add_view_command(CLI::App& program) {
       ->type_name("FILE.html")
       ->group(kOutputSection);
   add_layer_options(command, arguments->table);
+  add_terrain_option(command, arguments->table);
   each_setting(arguments->settings.view, SettingOptions(command, "Page"));
   add_reading_options(command, arguments->settings.reading);
   command.add_flag("--no-open", arguments->does_not_open, "Do not open the page in a browser");
   add_common_options(command, arguments->common);
   add_example(command, "silvafit view study --plot 3");
   command.callback([arguments, &command] {
-    arguments->chooses_models = is_given(command, "models") || is_given(command, "lod");
+    for (const char* const key : {"models", "lod", "season", "textures"}) {
+      arguments->chooses_models = arguments->chooses_models || is_given(command, key);
+    }
     run(*arguments);
   });
 }

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "silvafit/source/open_raster.hpp"
 #include "silvafit/source/open_table.hpp"
 #include "silvafit/source/write_layers.hpp"
 
@@ -25,6 +26,8 @@ struct GdalModule {
                       const std::filesystem::path& file,
                       const std::vector<Layer>& layers,
                       const std::optional<CoordinateSystem>& coordinates) = nullptr;
+  data::Raster (*open_raster)(const std::string& file,
+                              const std::optional<CoordinateSystem>& target) = nullptr;
   std::string (*version)() = nullptr;
 };
 

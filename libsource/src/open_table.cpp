@@ -68,6 +68,13 @@ OpenedTable open_table(const std::string& name,
   return module().functions->open_layer(name, choice, use, target);
 }
 
+data::Raster open_raster(const std::string& file, const std::optional<CoordinateSystem>& target) {
+  if (module().functions == nullptr) {
+    throw InputError("a terrain cannot be read: " + module().problem, {.file = file});
+  }
+  return module().functions->open_raster(file, target);
+}
+
 void require_layer_output(const std::filesystem::path& file) {
   if (is_written_as_workbook(file) || module().functions != nullptr) return;
   throw UsageError(

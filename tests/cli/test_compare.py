@@ -61,6 +61,19 @@ class Compare(ProgramTest):
         self.write("lines.csv", lines(0.6))
         self.save("one.json")
         self.run_program("compare", "one.json", status=2)
+        self.save("two.json", "--random", "a | plot")
+        self.write("log.json", self.run_program("fit", "lines.csv", "--formula", "log(y) ~ a + b*x", "--json").stdout)
+        said = self.run_program("compare", "one.json", "two.json", "log.json").stderr
+        self.assertIn("note: log.json is not compared: it is the only fit for log(y)", said)
+
+    def test_equal_likelihoods_are_no_evidence(self):
+        # Without any variance between the plots the ratio is 0 but for rounding, which is as likely as all values.
+        rows = ["plot,x,y"] + [f"p{plot},{x},{10 + 2 * x + (1 if (x + plot) % 2 else -1)}" for plot in range(6) for x in range(8)]
+        self.write("lines.csv", "\n".join(rows) + "\n")
+        self.save("none.json")
+        self.save("one.json", "--random", "a | plot")
+        test = self.run_json("compare", "one.json", "none.json")["comparisons"][0]["tests"][0]
+        self.assertEqual((test["statistic"], test["p"]), (0, 1))
 
 
 class Intervals(ProgramTest):

@@ -532,6 +532,52 @@ class Grow(ProgramTest):
         heights = [tree["h"] for tree in self.run_json("grow", "some.csv", "--out", "e")["trees"]]
         self.assertEqual(heights[0], 18)
         self.assertAlmostEqual(heights[1], 20.6213, places=3)
+        # What was measured of a tree is not contradicted, and each tree says what was not.
+        self.write("part.csv", "plot,tree,x,y,dbh,h,hcb,cr_e,cr_w,cr_s\n1,1,0,0,20,,16,4,3,5\n1,2,9,0,20,15,5,,,\n")
+        odd, plain = self.run_json("grow", "part.csv", "--scene", "p.GLB")["trees"]
+        for name, value in (("h", 32), ("hcb", 16), ("cw", 8)):
+            self.assertAlmostEqual(odd[name], value, delta=0.01)
+        for tree, sizes in ((odd, "h, cw"), (plain, "cw")):
+            self.assertIn({"about": "sizes", "text": f"{sizes} not measured: assumed for the picture"}, tree["notes"])
+
+    def test_tables_of_national_inventories_are_drawn_by_their_own_codes(self):
+        # The subplot of FIA is a part of the tree's label, and of its position: subplot 2 is 120 ft north.
+        self.write("fia.csv", "CN,PLT_CN,INVYR,STATECD,UNITCD,COUNTYCD,PLOT,SUBP,TREE,AZIMUTH,DIST,STATUSCD,SPCD,DIA,HT,TPA_UNADJ\n"
+                              "1,100,2015,23,1,1,5,1,1,90,10,1,12,8,50,6.018\n2,100,2015,23,1,1,5,2,1,90,10,1,316,9,55,6.018\n")
+        trees = self.run_json("grow", "fia.csv", "--scene", "fia.glb")["trees"]
+        self.assertEqual([tree["preset"] for tree in trees], ["abies", "acer"])
+        gltf, _ = read_glb(self.folder / "fia.glb")
+        places = [node["translation"] for node in gltf["nodes"] if node["name"] != "ground"]
+        self.assertAlmostEqual(places[1][0] - places[0][0], 0, places=5)
+        self.assertAlmostEqual(places[0][2] - places[1][2], 120 * 0.3048, places=5)
+        # Code 100 of Germany's BWI is a beech, and no pine.
+        self.write("bwi.csv", "Tnr;Enr;Bnr;Ba;Azi;Hori;Bhd;Hoehe\n1;1;1;100;100;500;300;220\n1;1;2;10;200;600;320;240\n")
+        done = self.run_program("grow", "bwi.csv", "--scene", "bwi.glb", "--json")
+        self.assertEqual({tree["preset"] for tree in json.loads(done.stdout)["trees"]}, {"generic-broadleaf"})
+        self.assertIn('No preset lists the species "10", "100"', done.stderr)
+
+    def test_predictions_are_drawn_where_they_are_asked_for(self):
+        self.write("pred.csv", "plot,tree,x,y,dbh,h_pred,hcb_pred,cw_pred\n1,1,0,0,20,9.5,3,2\n")
+        drawn = self.run_json("grow", "pred.csv", "--scene", "p.glb", "--use", "pred")["trees"][0]
+        for name, value in (("h", 9.5), ("hcb", 3), ("cw", 2)):
+            self.assertAlmostEqual(drawn[name], value, delta=0.01)
+        said = self.run_program("grow", "pred.csv", "--scene", "p.glb").stderr
+        self.assertIn("the predictions of h_pred and others are not drawn; use --use pred", said)
+
+    def test_positions_that_are_no_meters_are_refused(self):
+        rows = "".join(f"1,{i},{7.1 + i * 1e-5},{46.2 + (i % 5) * 1e-5},20,15,5,4\n" for i in range(30))
+        self.write("in.csv", "plot,tree,x,y,dbh,h,hcb,cw\n" + rows)
+        for command in (("grow", "in.csv", "--scene", "s.glb"), ("view", "in.csv", "--out", "v.html")):
+            said = self.run_program(*command, status=3).stderr
+            self.assertIn("they should be meters (and not in degrees or kilometers)", said)
+        self.run_program("grow", "in.csv", "--scene", "s.glb", "--lod", "3", "--trust-units")
+
+    def test_files_beside_a_scene_are_not_overwritten(self):
+        self.write("in.csv", INVENTORY)
+        for scene, manifest in (("s.gltf", "s.bin"), ("s.obj", "s.mtl")):
+            said = self.run_program("grow", "in.csv", "--scene", scene, "--manifest", manifest, status=2).stderr
+            self.assertIn("a file beside --scene", said)
+        self.run_program("grow", "in.csv", "--scene", "s.glb", "--manifest", "s.xlsx", status=2)
 
     def test_dead_trees_are_snags_stumps_and_logs(self):
         self.write("in.csv", "plot,tree,x,y,dbh,h,hcb,cw,status,DECAYCD\n1,1,0,0,30,20,8,4,alive,\n1,2,5,0,28,14,6,4,dead,4\n"
@@ -554,6 +600,15 @@ class Grow(ProgramTest):
         self.assertLess(highest("1-4")[2], 1.5)
         refused = self.run_program("grow", "in.csv", "--scene", "a.glb", "--dead-wood", "--share", status=2).stderr
         self.assertIn("--dead-wood draws wood without crowns", refused)
+        # Each file says what is left of its trees, and contradictions are refused.
+        notes = [note["text"] for tree in drawn["trees"] for note in tree["notes"] if note["about"] == "remains"]
+        self.assertEqual(notes, ["drawn as a snag", "drawn as a stump", "drawn as a log"])
+        refused = self.run_program("grow", "in.csv", "--scene", "a.glb", "--dead-wood", "--dead", "include", status=2).stderr
+        self.assertIn("--dead-wood: has no effect with --dead include", refused)
+        self.write("rem.csv", "plot,tree,x,y,dbh,h,hcb,cw,remains\n1,1,0,0,20,18,5,4,Stump\n1,2,5,0,20,18,5,4,hollow\n1,3,9,0,20,18,5,4,\n")
+        own = self.run_json("grow", "rem.csv", "--scene", "a.glb", "--dead-wood")
+        self.assertEqual([tree["tree"] for tree in own["trees"]], ["1", "3"])
+        self.assertEqual(own["left_out"][0]["reason"], "'hollow' is not snag, stump, log or living")
 
     def test_the_ground_of_wide_scenes_stays_at_the_feet(self):
         rows = "".join(f"1,{i},{x},0,{z},10,8,2,3\n"

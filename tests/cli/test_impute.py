@@ -81,6 +81,12 @@ class Impute(ProgramTest):
                 error = self.run_program("impute", "odd.csv", status=3).stderr
                 self.assertIn(f"odd.csv:{row + 1}: {reason}", error)
 
+    def test_imputed_heights_that_contradict_a_crown_base_are_flagged(self):
+        self.write("hcb.csv", "plot,tree,dbh,h,hcb\n" + "".join(f"1,{i},{10 + i},{8 + 0.4 * i},3\n" for i in range(12)) +
+                   "1,20,15,,14\n1,21,16,,4\n")
+        rows = self.rows(self.run_program("impute", "hcb.csv", "--random", "none").stdout)
+        self.assertEqual([row["h_flag"] for row in rows[-2:]], ["not above the crown base", ""])
+
     def test_decimal_commas_become_points_but_not_those_of_labels(self):
         lines = [next(csv.reader([line])) for line in self.text.splitlines()]
         rows = [lines[0]] + [[line[0].replace("0", "0,"), *line[1:3],

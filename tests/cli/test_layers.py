@@ -16,6 +16,7 @@ from pathlib import Path
 
 import layer_files
 from silvafit_program import ProgramTest, stand_csv
+from test_grow import read_glb
 
 # A corner in zone 33 of UTM, where 1 m of the grid is 0.9996 to 1.0001 m on the ground.
 EAST, NORTH = 512300.0, 5412700.0
@@ -399,6 +400,82 @@ class Writing(LayerTest):
         self.assertEqual([str(cell) for cell in sheets["predictions"][0]], rows[0])
         self.assertEqual(len(sheets["predictions"]), len(rows))
         self.assertEqual(sheets["predictions"][1][0], "01")
+
+
+class Terrain(LayerTest):
+    """Trees on a terrain model: a plane with a step, as an ASCII grid and as a GeoTIFF."""
+
+    def setUp(self):
+        super().setUp()
+        if not layer_files.has("gdal_translate"):
+            self.skipTest("gdal_translate is missing")
+        # Cells of 0.5 m, with centers from 99.75 m west of plot 1 on.
+        west, south, columns, rows = EAST + 95, NORTH - 10, 60, 80
+        lines = [f"ncols {columns}", f"nrows {rows}", f"xllcorner {west}", f"yllcorner {south}", "cellsize 0.5",
+                 "NODATA_value -9999"]
+        for row in reversed(range(rows)):
+            lines.append(" ".join(f"{self.elevation(west + 0.5 * column + 0.25, south + 0.5 * row + 0.25):.6f}"
+                                  for column in range(columns)))
+        self.write("terrain.asc", "\n".join(lines) + "\n")
+
+    @staticmethod
+    def elevation(x, y):
+        """Of a plane, on which bilinear values are exact."""
+        return 400 + 0.2 * (x - EAST) - 0.1 * (y - NORTH)
+
+    def translate(self, file, *options):
+        subprocess.run(["gdal_translate", "-q", *options, str(self.folder / "terrain.asc"), str(self.folder / file)],
+                       check=True, capture_output=True)
+        return file
+
+    def feet_of(self, *options):
+        """Height above the plane at each tree of plot 1, and the number of points of the ground."""
+        done = self.run_program("grow", "trees.csv", "--plot", "01", "--scene", "out.glb", "--plain", "--lod", "3", *options)
+        gltf, _ = read_glb(self.folder / "out.glb")
+        origin = gltf["scenes"][0]["extras"]["origin"] if "extras" in gltf["scenes"][0] else {"x": 0, "y": 0, "z": 0}
+        feet = []
+        for node in gltf["nodes"]:
+            if node["name"] == "ground":
+                attributes = gltf["meshes"][node["mesh"]]["primitives"][0]["attributes"]
+                points = gltf["accessors"][attributes["POSITION"]]["count"]
+                continue
+            x, y, z = node["translation"]
+            feet.append(y + origin["z"] - self.elevation(x + origin["x"], origin["y"] - z))
+        return feet, points, done.stderr
+
+    def test_trees_and_ground_follow_the_terrain(self):
+        for file in ("terrain.asc", self.translate("terrain.tif", "-a_srs", "EPSG:32633")):
+            feet, points, said = self.feet_of("--terrain", file)
+            self.assertEqual(len(feet), 25)
+            # Translations are written to a millimeter, and values of the raster have 24 bits.
+            for foot in feet:
+                self.assertAlmostEqual(foot, 0, delta=2e-3)
+            # The box of the stems with 2 m around it, of at most 24 m, has cells of half a meter.
+            self.assertGreater(points, 1000)
+            self.assertIn(f"note: elevations are those of {file}; 75 trees are outside of it", said)
+        _, without, _ = self.feet_of()
+        self.assertLess(without, 40)
+        self.run_program("view", "trees.csv", "--plot", "01", "--terrain", "terrain.asc", "--out", "view.html")
+        page = (self.folder / "view.html").read_text(encoding="utf-8")
+        data = json.loads(page.split('id="view-data">', 1)[1].split("</script>", 1)[0])
+        # Of 20 x 20 m from 100 m east of the corner on: 418 to 424 m.
+        self.assertTrue(all(418 <= z <= 424 for z in data["trees"]["z"]))
+
+    def test_terrains_that_cannot_be_used_are_errors(self):
+        def said(file, *options):
+            return self.run_program("grow", "trees.csv", "--scene", "out.glb", "--terrain", file, *options, status=3).stderr
+        self.assertIn("the terrain is in degrees; convert it", said(self.translate("d.tif", "-a_srs", "EPSG:4326")))
+        self.assertIn("not a GeoTIFF or an ASCII grid", said("trees.csv"))
+        self.assertIn("has 2 bands; a terrain has one", said(self.translate("b.tif", "-b", "1", "-b", "1")))
+        away = self.translate("away.tif", "-a_ullr", "0", "10", "10", "0")
+        self.assertIn("no tree is on the terrain away.tif, whose x is 0.1 to 9.9", said(away))
+        layer_files.ogr2ogr("-f", "GPKG", self.folder / "trees.gpkg", self.folder / "trees.csv", "-oo",
+                            "X_POSSIBLE_NAMES=x", "-oo", "Y_POSSIBLE_NAMES=y", "-a_srs", "EPSG:32633")
+        other = self.translate("other.tif", "-a_srs", "EPSG:32632")
+        done = self.run_program("grow", "trees.gpkg", "--scene", "out.glb", "--terrain", other, status=3)
+        self.assertIn("the coordinate reference system of the terrain is not EPSG:32633, that of the trees", done.stderr)
+        done = self.run_program("grow", "trees.csv", "--out", "folder", "--terrain", "terrain.asc", status=2)
+        self.assertIn("--terrain", done.stderr)
 
 
 class Database(LayerTest):

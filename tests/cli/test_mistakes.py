@@ -313,6 +313,16 @@ class IdleOptions(ProgramTest):
         self.run_program(*fit, "--level", "0.9", "--intervals", "wald")
         error = self.run_program("fit", "trees.csv", "--model", "M4", "--covariance", "diagonal", status=2).stderr
         self.assertIn("--covariance: has no effect without --random", error)
+        error = self.run_program(*fit, "--fix", "a=20", "--start", "a=30", status=2).stderr
+        self.assertIn("--start: has no effect on a, which is held", error)
+        self.run_program("models", "M4", "--response", "cw", status=2)
+        error = self.run_program("impute", "trees.csv", "--random", "none", "--group", "plot", status=2).stderr
+        self.assertIn("--group: has no effect beside --random", error)
+        self.write("line.json", self.run_program("fit", "trees.csv", "--model", "M4", "--json").stdout)
+        error = self.run_program("predict", "line.json", "trees.csv", "--level", "conditional", status=2).stderr
+        self.assertIn("--level: has no effect on these models, which have no random effects", error)
+        error = self.run_program("study", "trees.csv", "--significance", "0.01", "--tests", "shown", "--out", "s", status=2).stderr
+        self.assertIn("--significance: has no effect without --tests required", error)
 
     def test_options_of_predictions_and_indices_that_would_do_nothing_are_refused(self):
         # They are refused before any file is read.

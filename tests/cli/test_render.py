@@ -72,9 +72,15 @@ class Pictures(ProgramTest):
                                    "--size", "9x9", "--samples", "1")
         self.assertIn("is outside of the scene, which reaches from", outside.stderr)
         self.write("bad.csv", "east,north\n1,2\n")
+        self.write("typo.csv", "east,north,azimuth,elevtion\n1,2,3,4\n")
         for arguments, status, said in ((("--path", "bad.csv"), 3, "azimuth"),
                                         (("--bare",), 2, "--bare"),
                                         (("--look", "20"), 2, "--look"),
+                                        (("--path", "typo.csv"), 3, "elevtion: the frames of a walk have no such column"),
+                                        (("--eye", "1,-4", "--zoom", "2"), 2, "--zoom"),
+                                        (("--eye", "1,-4", "--camera", "10,10"), 2, "--camera"),
+                                        (("--eye", "1,-4", "--no-ground"), 2, "--no-ground"),
+                                        (("--eye", "1,-4,-3"), 2, "3 m below the ground"),
                                         (("--eye", "1,2", "--target", "1,2,3"), 2, "--target"),
                                         (("--eye", "1"), 2, "--eye")):
             done = self.render("stand.glb", "--out", "no.png", *arguments, status=status)

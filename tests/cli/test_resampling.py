@@ -32,6 +32,15 @@ class Bootstrap(ProgramTest):
         self.assertLess(a["percentile"][0], a["percentile"][1])
         self.assertAlmostEqual(a["basic"][0], 2 * a["estimate"] - a["percentile"][1], 12)
 
+    def test_quantiles_beyond_the_replicates_are_missing(self):
+        # A quantile of 0.1 of R values is at (R + 1) 0.1, which is the first of 9.
+        few, enough = (self.run_json(*MIXED, "--bootstrap", number, "--bootstrap-level", "0.8")["bootstrap"] for number in ("8", "9"))
+        self.assertEqual((few["converged"], enough["converged"]), (8, 9))
+        self.assertEqual(few["parameters"]["a"]["percentile"], [None, None])
+        self.assertNotIn(None, enough["parameters"]["a"]["percentile"])
+        text = self.run_program(*MIXED, "--bootstrap", "8").stdout
+        self.assertIn("Intervals of 95 % need at least 39 replicates.", text)
+
     def test_threads_do_not_change_a_byte_and_seeds_do(self):
         arguments = (*MIXED, "--bootstrap", "10", "--resample", "cases", "--json")
         def figures(*more):

@@ -187,6 +187,19 @@ class Stand(ProgramTest):
         result = self.run_json(*options, "--stratum-area", "A=10,all=5")
         self.assertEqual(result["strata"][-1]["area_ha"], 15)
 
+    def test_windows_in_the_feet_of_the_trees_are_asked_about(self):
+        # A plot of 40 x 40 m in feet, of which x and y are converted.
+        draw = random.Random(3)
+        rows = [f"{tree},{draw.uniform(0, 131.2):.1f},{draw.uniform(0, 131.2):.1f},{draw.uniform(8, 40):.1f}" for tree in range(60)]
+        self.write("feet.csv", "tree,x (ft),y (ft),dbh\n" + "\n".join(rows) + "\n")
+        self.write("feet.wkt", "POLYGON ((0 0, 131.24 0, 131.24 131.24, 0 131.24, 0 0))")
+        self.write("meters.wkt", "POLYGON ((0 0, 40 0, 40 40, 0 40, 0 0))")
+        done = self.run_program("stand", "feet.csv", "--window", "feet.wkt", status=3)
+        self.assertIn("x and y are converted to meters (times 0.3048), but the trees lie in their windows by the numbers of the file",
+                      done.stderr)
+        stand = self.run_json("stand", "feet.csv", "--window", "meters.wkt")
+        self.assertAlmostEqual(stand["areas"][0]["stems_per_ha"], 60 / 0.16, places=6)
+
     def test_tables_are_written_to_a_folder(self):
         self.write("inventory.csv", inventory())
         done = self.run_program("stand", "inventory.csv", "--circle", "15,15,21", "--out", "tables")

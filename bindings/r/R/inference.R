@@ -116,7 +116,8 @@ print_notes <- function(notes) {
 
 bootstrap_intervals <- function(object, level, threads, replicates, seed) {
   found <- bootstrap(object, replicates, level = level, seed = seed, threads = threads, progress = FALSE)$parameters
-  list(name = row.names(found), lower = found$percentile_lower, upper = found$percentile_upper, note = rep("", nrow(found)))
+  list(name = row.names(found), lower = found$percentile_lower, upper = found$percentile_upper,
+       note = ifelse(is.na(found$percentile_lower), "too few replicates", ""))
 }
 
 parameter_intervals <- function(object, level, method, threads = 1) {

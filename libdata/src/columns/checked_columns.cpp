@@ -68,10 +68,14 @@ void require_numeric(const Table& table, const std::vector<std::string>& variabl
     if (rows.empty()) rows = with_comma;
     if (rows.empty()) {
       const auto known = std::ranges::find_if(column.levels(), is_number);
-      throw InputError(known == column.levels().end()
-                           ? std::string("has no numbers")
-                           : fmt::format("holds texts such as '{}'; make them numbers", *known),
-                       {.file = table.file(), .column = name});
+      throw InputError(
+          known == column.levels().end()
+              ? std::string("has no numbers")
+              : fmt::format("is read as text, although it has numbers such as '{}': it "
+                            "is used as labels, too, or a row that is skipped has a "
+                            "text",
+                            *known),
+          {.file = table.file(), .column = name});
     }
     throw InputError(
         fmt::format("'{}' is not a number{}", column[rows.front()], others(rows.size())),

@@ -23,6 +23,9 @@ std::string wrong_number(const SettingHead& setting, double value, bool is_whole
   if (is_above && is_below) return {};
   if (setting.highest > 0.0)
     return fmt::format("{} is not between {} and {}", value, least, setting.highest);
+  if (setting.may_be_zero && setting.zero_word.empty() && least > 0.0) {
+    return fmt::format("{} is neither 0 nor at least {}", value, least);
+  }
   const bool is_at_least = least > 0.0 || setting.may_be_zero;
   return fmt::format("{} is {} {}", value, is_at_least ? "below" : "not above", least);
 }

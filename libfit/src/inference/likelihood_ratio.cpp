@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "inference/comparable_likelihoods.hpp"
+#include "optimization/tolerances.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/nesting.hpp"
 
@@ -60,9 +61,8 @@ ChiBarSquared reference_of(const Nesting& nesting, int freedom, std::string& not
 /// Likelihoods that are equal except for rounding have a ratio of 0. For a 50:50 mixture a small
 /// positive value would give p = 0.5, and 0 gives p = 1.
 double statistic_of(double larger, double smaller) {
-  constexpr double kRounding = 1e-11;
   const double statistic = 2.0 * (larger - smaller);
-  return std::abs(statistic) <= kRounding * (1.0 + std::abs(smaller)) ? 0.0 : statistic;
+  return std::abs(statistic) <= 2.0 * kRoundedLikelihood ? 0.0 : statistic;
 }
 
 /// Whether a model is less likely than one that it contains, by more than the tolerance of

@@ -111,9 +111,9 @@ Replicate replicate_from(std::string_view bytes) {
 /// The value at a position between order statistics, counted from 1.
 double order_statistic(const std::vector<double>& sorted, double position) {
   const double last = static_cast<double>(sorted.size());
+  // (R + 1) p of 39 replicates and p = 0.025 is 1 but for rounding.
   const double inside = std::clamp(position, 1.0, last);
   const double whole = std::min(std::floor(inside), last - 1.0);
-  if (sorted.size() == 1) return sorted.front();
   const auto below = static_cast<std::size_t>(whole) - 1;
   return sorted[below] + (inside - whole) * (sorted[below + 1] - sorted[below]);
 }
@@ -133,6 +133,7 @@ BootstrapParameter summary(const NamedValue& parameter, const VectorXd& values, 
   result.bias = mean - parameter.value;
   result.standard_error =
       std::sqrt((all.array() - mean).square().sum() / static_cast<double>(sorted.size() - 1));
+  if (sorted.size() < fewest_replicates(level)) return result;
   const double count = static_cast<double>(sorted.size()) + 1.0;
   const double tail = 0.5 * (1.0 - level);
   result.percentile = {.low = order_statistic(sorted, count * tail),
@@ -212,6 +213,11 @@ std::vector<CountedReason> commonest_first(const std::map<std::string, std::size
 }
 
 }  // namespace
+
+std::size_t fewest_replicates(double level) {
+  constexpr double kRounding = 1e-9;
+  return static_cast<std::size_t>(std::ceil(2.0 / (1.0 - level) - 1.0 - kRounding));
+}
 
 Bootstrap bootstrap(const FittedModel& fit,
                     const data::Table& table,

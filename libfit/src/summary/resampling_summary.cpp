@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,7 @@ std::string summary(const Bootstrap& bootstrap) {
   table.add({"parameter", "estimate", "bias", "std. error", "percentile", "basic"});
   for (const BootstrapParameter& parameter : bootstrap.parameters) {
     const auto range = [](const Interval& value) {
+      if (std::isnan(value.low)) return std::string("-");
       return fmt::format("{} to {}", significant(value.low), significant(value.high));
     };
     table.add({parameter.name,
@@ -52,6 +54,17 @@ std::string summary(const Bootstrap& bootstrap) {
                range(parameter.basic)});
   }
   table.append_to(text);
+  for (const BootstrapParameter& parameter : bootstrap.parameters) {
+    if (parameter.replicates == bootstrap.converged) continue;
+    append(text, "{}: of {} replicates only\n", parameter.name, parameter.replicates);
+  }
+  const std::size_t fewest = fewest_replicates(bootstrap.level);
+  if (bootstrap.converged < fewest) {
+    append(text,
+           "Intervals of {:g} % need at least {} replicates.\n",
+           100.0 * bootstrap.level,
+           fewest);
+  }
   append_reasons(text, "at a boundary", bootstrap.at_boundary);
   append_reasons(text, "failed", bootstrap.failures);
   return text;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "silvafit/source/open_raster.hpp"
 #include "silvafit/source/open_table.hpp"
 #include "silvafit/source/write_layers.hpp"
 
@@ -21,6 +22,9 @@ void write_with_gdal(const std::filesystem::path& draft,
                      const std::filesystem::path& file,
                      const std::vector<Layer>& layers,
                      const std::optional<CoordinateSystem>& coordinates);
+
+data::Raster raster_with_gdal(const std::string& file,
+                              const std::optional<CoordinateSystem>& target);
 
 std::string version_of_gdal();
 

@@ -26,8 +26,8 @@ namespace silvafit::source {
 namespace {
 
 std::set<std::string, std::less<>> wanted_drivers() {
-  // Queries of other formats with SQLite use layers in memory.
-  std::set<std::string, std::less<>> names{"Memory"};
+  // Queries of other formats with SQLite use layers in memory; terrains are rasters.
+  std::set<std::string, std::less<>> names{"Memory", "GTiff", "AAIGrid"};
   for (const SourceKind& kind : source_kinds()) {
     for (std::string_view rest = kind.drivers; !rest.empty();) {
       const std::size_t comma = rest.find(',');

@@ -9,7 +9,7 @@
 
 namespace silvafit::source {
 
-/// Registers the formats of source_kind.hpp and no others, once.
+/// Registers the formats of source_kind.hpp, those of terrains, and no others, once.
 void start_gdal();
 
 /// Whether files and requests may use networks, from now on. Without, GDAL's file systems are those

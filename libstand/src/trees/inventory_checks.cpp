@@ -245,11 +245,22 @@ void check_remote_trees(const Inventory& inventory, const ColumnPlan& plan) {
   }
 }
 
-/// Positions in another unit are detected by the basal area in the bounding rectangles. The densest
-/// known forests have about 450 m2/ha; a stand below 1 m2/ha with fewer than 30 trees/ha has hardly
-/// any neighbors.
-void check_positions(const Inventory& inventory, const ColumnPlan& plan) {
-  if (!inventory.has_coordinates()) return;
+/// Medians of plots with enough trees, by their bounding rectangles.
+struct PlotDensity {
+  double trees_per_ha = 0.0;
+  double basal_area_m2 = 0.0;  ///< per ha
+
+  std::string text() const {
+    return fmt::format(
+        "the positions make {:.3g} trees and {:.3g} m2 of basal area per hectare in the median "
+        "plot",
+        trees_per_ha,
+        basal_area_m2);
+  }
+};
+
+std::optional<PlotDensity> density_of(const Inventory& inventory) {
+  if (!inventory.has_coordinates()) return std::nullopt;
   std::vector<double> stems;
   std::vector<double> basal_areas;
   for (const PlotSummary& plot : summarize_plots(inventory)) {
@@ -257,34 +268,31 @@ void check_positions(const Inventory& inventory, const ColumnPlan& plan) {
     stems.push_back(static_cast<double>(plot.trees) / plot.area_ha());
     basal_areas.push_back(plot.basal_area_m2 / plot.area_ha());
   }
-  if (stems.empty()) return;
+  if (stems.empty()) return std::nullopt;
+  return PlotDensity{positive_median(stems), positive_median(basal_areas)};
+}
+
+/// A stand below 1 m2/ha with fewer than 30 trees/ha has hardly any neighbors.
+void check_positions(const Inventory& inventory, const ColumnPlan& plan) {
   const Source& x = plan.measures[kX];
   const Source& y = plan.measures[kY];
-  const double trees_per_ha = positive_median(stems);
-  const double basal_area = positive_median(basal_areas);
-  const auto complain = [&](std::string_view cause) {
-    throw InputError(
-        fmt::format("the positions make {:.3g} trees and {:.3g} m2 of basal area per "
-                    "hectare in the median plot; {}; if they are right, use `trust_units=true`",
-                    trees_per_ha,
-                    basal_area,
-                    cause),
-        {.file = inventory.file, .column = fmt::format("{}, {}", x.text, y.text)});
-  };
-  if (std::isinf(trees_per_ha)) {
+  const std::string columns = fmt::format("{}, {}", x.text, y.text);
+  check_crowding(inventory, columns);
+  const std::optional<PlotDensity> density = density_of(inventory);
+  if (!density) return;
+  if (std::isinf(density->trees_per_ha)) {
     throw InputError(
         "all trees of a plot stand on one point or line; are these the positions of trees? Name "
         "the right columns with `columns=x=COLUMN,y=COLUMN`",
-        {.file = inventory.file, .column = fmt::format("{}, {}", x.text, y.text)});
+        {.file = inventory.file, .column = columns});
   }
-  if (trees_per_ha < 30.0 && basal_area < 1.0) {
-    complain(fmt::format("if they are in decimeters, use `columns=x={}/10,y={}/10`",
-                         convertible(x),
-                         convertible(y)));
-  }
-  if (basal_area > 1000.0 || trees_per_ha > 1e6) {
-    complain("they should be meters (and not in degrees or kilometers)");
-  }
+  if (density->trees_per_ha >= 30.0 || density->basal_area_m2 >= 1.0) return;
+  throw InputError(fmt::format("{}; if they are in decimeters, use `columns=x={}/10,y={}/10`; if "
+                               "they are right, use `trust_units=true`",
+                               density->text(),
+                               convertible(x),
+                               convertible(y)),
+                   {.file = inventory.file, .column = columns});
 }
 
 /// Azimuths in radians are below 2 pi: as degrees, all trees would stand in one narrow sector.
@@ -316,6 +324,17 @@ void check_azimuths(const Inventory& inventory, const ColumnPlan& plan) {
 }
 
 }  // namespace
+
+void check_crowding(const Inventory& inventory, const std::string& columns) {
+  const std::optional<PlotDensity> density = density_of(inventory);
+  // A row of trees has no area.
+  if (!density || std::isinf(density->trees_per_ha)) return;
+  if (density->basal_area_m2 <= 1000.0 && density->trees_per_ha <= 1e6) return;
+  throw InputError(density->text() +
+                       "; they should be meters (and not in degrees or kilometers); if they are "
+                       "right, use `trust_units=true`",
+                   {.file = inventory.file, .column = columns});
+}
 
 double crown_width_m(const Measures& row) {
   return ((row[kCrE] + row[kCrW]) + (row[kCrS] + row[kCrN])) / 2.0;

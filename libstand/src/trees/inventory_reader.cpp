@@ -11,6 +11,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/data/program.hpp"
 #include "silvafit/stand/plot_table.hpp"
 #include "silvafit/stand/similar_plots.hpp"
 #include "trees/measurement_time.hpp"
@@ -21,6 +22,17 @@ namespace {
 std::string_view name_of(TreeStatus status) {
   if (status == TreeStatus::kNotInSample) return "not in the sample";
   return status == TreeStatus::kDead ? "dead" : "cut, fallen or a stump";
+}
+
+/// Meters of a unit of a column that is multiplied by a number; 1 for other expressions.
+double meters_per_unit(const Source& source) {
+  if (!source.expression || source.expression->variables().size() != 1) return 1.0;
+  const std::string column = source.expression->variables().front();
+  data::Table table(3);
+  table.set(column, std::vector<double>{0.0, 1.0, 2.0});
+  const std::vector<double> values = data::evaluate(*source.expression, table);
+  const bool is_multiple = values[0] == 0.0 && values[1] > 0.0 && values[2] == 2.0 * values[1];
+  return is_multiple ? values[1] : 1.0;
 }
 
 }  // namespace
@@ -279,6 +291,8 @@ CheckedInventory InventoryReader::read() {
   Inventory& inventory = result_.inventory;
   inventory.file = file_;
   inventory.expansion = plan_.expansion;
+  inventory.trusts_units = options_.trust_units;
+  inventory.position_unit_m = meters_per_unit(plan_.measures[kX]);
   kept_rows_.clear();
   times_ = {};
   skipped_ = {};
@@ -317,7 +331,6 @@ CheckedInventory InventoryReader::read() {
   std::string similar_plots = describe_similar_labels(inventory.plot);
   if (!similar_plots.empty()) result_.notes.push_back(std::move(similar_plots));
   result_.recognized = recognized();
-  inventory.trusts_units = options_.trust_units;
   inventory.is_placed_by_subplots = plan_.is_placed_by_subplots;
   inventory.area_column = plot_area_column(csv_.header());
   for (std::size_t label = 0; label < kLabelCount; ++label) {

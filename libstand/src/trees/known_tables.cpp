@@ -46,9 +46,17 @@ void read_status(const JsonReader& json, KnownTable& table) {
 
 KnownTable read_known_table(std::string_view text) {
   const JsonReader json = JsonReader::parse(text, "models/sources");
-  json.allow_only(
-      {"schema", "title", "source", "recognized", "columns", "units", "status", "plots"});
-  KnownTable table{.title = json.at("title").text()};
+  json.allow_only({"schema",
+                   "title",
+                   "source",
+                   "recognized",
+                   "columns",
+                   "units",
+                   "status",
+                   "plots",
+                   "species"});
+  KnownTable table{.title = json.at("title").text(), .has_fia_species = json.has("species")};
+  if (table.has_fia_species) json.at("species").one_of({"FIA"});
   for (const JsonReader& one : json.at("recognized").items()) {
     table.recognized.push_back(header_of(one));
   }
@@ -131,6 +139,11 @@ const KnownTable* known_table(const Header& header) {
     if (std::ranges::any_of(table.recognized, is_it)) return &table;
   }
   return nullptr;
+}
+
+bool may_have_fia_species(const Header& header) {
+  const KnownTable* const table = known_table(header);
+  return table == nullptr || table->has_fia_species;
 }
 
 std::vector<ColumnMapping> known_columns(const Header& header, bool by_location) {

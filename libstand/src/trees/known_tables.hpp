@@ -24,7 +24,8 @@ struct KnownHeader {
 
 /// A table with documented columns, units and codes.
 struct KnownTable {
-  std::string title{};  ///< "FIA's TREE, in inches and feet"
+  std::string title{};           ///< "FIA's TREE, in inches and feet"
+  bool has_fia_species = false;  ///< numbers of species are codes of FIA
   std::vector<KnownHeader> recognized{};
   /// Sources of plot, location (of a plot at all its visits), tree, species, measures, year, date
   /// and trees_per_ha; the first whose columns exist is used. In labels of several columns, those

@@ -232,6 +232,7 @@ Inventory LivingTrees::finish() && {
   result_.file = source_.file;
   result_.expansion = source_.expansion;
   result_.trusts_units = source_.trusts_units;
+  result_.position_unit_m = source_.position_unit_m;
   result_.other = source_.other.select(rows_);
   return std::move(result_);
 }

@@ -399,8 +399,8 @@ void Calculator::note_assumed_areas(const PlotWindows& assumed) {
     return;
   }
   findings.on_windows.push_back(
-      fmt::format("{} too large: the area is that of the {} {}, which is smaller than the {}; give "
-                  "`window` or `circle`",
+      fmt::format("{} too large: the area is that of the {} {}, which is smaller than the {}; its "
+                  "own area needs a window",
                   indices,
                   is_torus ? "rectangle around" : "convex hull of",
                   is_per_plot ? "the trees of each plot" : "all trees",

@@ -141,6 +141,29 @@ void Assignment::run(SearchScope scope, bool may_lack, PlotWindows& result) {
   result.domains.push_back({.name = name, .window = stand->window});
 }
 
+/// Trees in a smaller unit than meters, which were converted, are inside of their windows by the
+/// numbers of the file, too, if the windows have that unit: then these are too large.
+void refuse_unconverted(const Inventory& inventory, const PlotWindows& windows) {
+  const double unit_m = inventory.position_unit_m;
+  if (unit_m >= 1.0 || inventory.trusts_units) return;
+  std::size_t trees = 0;
+  for (std::size_t tree = 0; tree < inventory.size(); ++tree) {
+    const Window* const window = windows.window_of(inventory, tree);
+    if (window == nullptr || !has_position(inventory, tree)) continue;
+    const Point in_file{inventory.x[tree] / unit_m, inventory.y[tree] / unit_m};
+    if (!window->contains(in_file)) return;
+    ++trees;
+  }
+  if (trees == 0) return;
+  throw InputError(
+      fmt::format(
+          "x and y are converted to meters (times {:g}), but the trees lie in their windows "
+          "by the numbers of the file, too, so that the windows may not be in meters; "
+          "convert them, or use `trust_units`",
+          unit_m),
+      {.file = inventory.file, .column = "x"});
+}
+
 }  // namespace
 
 void refuse_shared_window(std::size_t plots) {
@@ -166,6 +189,7 @@ PlotWindows plot_windows(const Inventory& inventory,
   result.is_assumed = given.empty() && !may_lack;
   if (!result.is_assumed) {
     Assignment(inventory, given).run(scope, may_lack, result);
+    refuse_unconverted(inventory, result);
   } else if (scope == SearchScope::kStand) {
     assume_stand(inventory, assumed, result);
   } else {

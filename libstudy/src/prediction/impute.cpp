@@ -347,6 +347,22 @@ ImputeModels imputation_models(const data::Table& table,
   return result;
 }
 
+/// Flags imputed heights at or below the measured crown base, and crown bases not below the top.
+void flag_contradictions(const data::Table& table,
+                         const std::string& response,
+                         Imputation& result) {
+  const bool is_height = response == "h";
+  const char* const other = is_height ? "hcb" : "h";
+  if ((!is_height && response != "hcb") || !table.has(other) || !table.is_numeric(other)) return;
+  const auto measured = table.numbers(other);
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    if (result.source[row] != ImputeSource::kImputed || !result.flag[row].empty()) continue;
+    const double h = is_height ? result.value[row] : measured[row];
+    const double hcb = is_height ? measured[row] : result.value[row];
+    if (h <= hcb) result.flag[row] = is_height ? "not above the crown base" : "not below the top";
+  }
+}
+
 Imputation impute_with(const ImputeModels& models,
                        const data::Table& table,
                        const ImputeOptions& options) {
@@ -380,6 +396,7 @@ Imputation impute_with(const ImputeModels& models,
     if (parts[i].rows.empty()) continue;
     filling.fill(parts[i], models.models[i].fit, models.models[i].stream);
   }
+  flag_contradictions(table, options.response, result);
   if (!labels) return result;
   for (std::size_t row = 0; row < table.rows(); ++row) {
     const bool is_by_others = result.source[row] == ImputeSource::kImputed &&

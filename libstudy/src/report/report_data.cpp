@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -234,13 +235,6 @@ ordered_json curves_object(const Curves& curves) {
   return object;
 }
 
-/// The notes, and the best of the rejected candidates.
-std::vector<std::string> joined_notes(const ResponseStudy& result) {
-  std::vector<std::string> notes = result.notes;
-  for (std::string& sentence : result.rejected()) notes.push_back(std::move(sentence));
-  return notes;
-}
-
 ordered_json outlying_array(const ResponseStudy& result) {
   ordered_json plots = ordered_json::array();
   if (!result.nlme) return plots;
@@ -266,7 +260,7 @@ ordered_json result_object(const ResponseStudy& result,
                       {"doubts", result.doubts},
                       {"left_out", left_out_object(result)},
                       {"outlying", outlying_array(result)},
-                      {"notes", joined_notes(result)},
+                      {"notes", result.remarks()},
                       {"base", base_rows(result, catalogue)},
                       {"covariates", covariate_rows(result)},
                       {"random", random_rows(result)},
@@ -373,6 +367,11 @@ std::string report_data(const StudyRecord& record, const Catalogue& catalogue) {
   }
   if (record.units) {
     notes.insert(notes.end(), record.units->notes.begin(), record.units->notes.end());
+  }
+  if (record.stand) {
+    std::ranges::copy_if(record.stand->notes, std::back_inserter(notes), [&](const auto& note) {
+      return std::ranges::find(notes, note) == notes.end();
+    });
   }
   ordered_json report{{"schema", "silvafit-report/1"},
                       {"silvafit", record.version},

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/study/idle_settings.hpp"
 
+#include <fmt/format.h>
+
+#include "silvafit/base/error.hpp"
 #include "silvafit/fit/setting_list.hpp"
 
 namespace silvafit::study {
@@ -28,6 +31,11 @@ void refuse_idle(const fit::ModelTexts& texts,
     idle["maximum_iterations"] = "without `method=lb` or gnls";
   }
   if (texts.random.empty()) idle["starts"] = "without `random`";
+  for (const auto& [name, value] : options.start) {
+    if (!options.fixed.contains(name)) continue;
+    throw UsageError(fmt::format("has no effect on {}, which is held", name),
+                     {.column = "`start`"});
+  }
   refuse_idle_settings(texts, given_name);
   refuse_idle_settings(options, given_name, idle);
 }

@@ -70,21 +70,16 @@ std::vector<Eigen::Index> rows_in_all(const std::vector<const Eigen::VectorXd*>&
   return rows;
 }
 
-double rmse_of(const Eigen::VectorXd& errors, const std::vector<Eigen::Index>& rows) {
-  if (errors.size() == 0) return kNaN;
-  return std::sqrt(errors(rows).squaredNorm() / static_cast<double>(rows.size()));
-}
-
-/// R2 of the predictions with these errors.
-double r2_of(const Eigen::VectorXd& errors,
-             const std::vector<Eigen::Index>& rows,
-             std::span<const double> observed) {
-  if (errors.size() == 0) return kNaN;
+/// R2 and RMSE of the predictions with these errors, as those of all fits.
+fit::FitStatistics statistics_of(const Eigen::VectorXd& errors,
+                                 const std::vector<Eigen::Index>& rows,
+                                 std::span<const double> observed) {
+  if (errors.size() == 0) return {};
   Eigen::VectorXd values(static_cast<Eigen::Index>(rows.size()));
   for (std::size_t i = 0; i < rows.size(); ++i) {
     values[static_cast<Eigen::Index>(i)] = observed[static_cast<std::size_t>(rows[i])];
   }
-  return fit::fit_statistics(values, values + errors(rows)).r2;
+  return fit::fit_statistics(values, values + errors(rows));
 }
 
 /// The upper quantile of t for the plots of the rows.
@@ -112,15 +107,18 @@ std::optional<LeftOutPlots> compared(const StudiedTrees& study, const ErrorsOfLe
   const std::vector<Eigen::Index> rows = rows_in_all({&nlme, &ols, &covariates});
   if (rows.empty()) return std::nullopt;
   const std::span<const double> observed = table.numbers(result.response);
+  const fit::FitStatistics of_ols = statistics_of(ols, rows, observed);
+  const fit::FitStatistics of_covariates = statistics_of(covariates, rows, observed);
+  const fit::FitStatistics of_nlme = statistics_of(nlme, rows, observed);
   LeftOutPlots left_out{.folds = std::min(kFolds, result.plots),
                         .trees = rows.size(),
                         .trees_without = table.rows() - rows.size(),
-                        .rmse_ols = rmse_of(ols, rows),
-                        .rmse_covariates = rmse_of(covariates, rows),
-                        .rmse_nlme = rmse_of(nlme, rows),
-                        .r2_ols = r2_of(ols, rows, observed),
-                        .r2_covariates = r2_of(covariates, rows, observed),
-                        .r2_nlme = r2_of(nlme, rows, observed)};
+                        .rmse_ols = of_ols.rmse,
+                        .rmse_covariates = of_covariates.rmse,
+                        .rmse_nlme = of_nlme.rmse,
+                        .r2_ols = of_ols.r2,
+                        .r2_covariates = of_covariates.r2,
+                        .r2_nlme = of_nlme.r2};
   const bool is_better_with = left_out.rmse_covariates < left_out.rmse_ols;
   const Eigen::VectorXd& least_squares = is_better_with ? covariates : ols;
   const data::TextColumn labels = table.labels(result.group);

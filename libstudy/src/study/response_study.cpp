@@ -80,6 +80,12 @@ std::vector<std::string> ResponseStudy::rejected() const {
   return sentences;
 }
 
+std::vector<std::string> ResponseStudy::remarks() const {
+  std::vector<std::string> all = notes;
+  for (std::string& sentence : rejected()) all.push_back(std::move(sentence));
+  return all;
+}
+
 std::string ResponseStudy::chosen_terms(Level level) const {
   const std::vector<Candidate>& candidates = this->*level;
   const auto chosen = std::ranges::find(candidates, true, &Candidate::chosen);

@@ -213,6 +213,9 @@ TEST_CASE("numbers of settings have ranges") {
   CHECK(data::wrong_number(count, 0.0, true).empty());
   CHECK(data::wrong_number(count, 1.0, true) == "1 is below 2");
   CHECK(data::wrong_number(count, 2.0, true).empty());
+  const auto trees = data::Setting("trees", folds, "help").optional();
+  CHECK(data::wrong_number(trees, 0.0, true).empty());
+  CHECK(data::wrong_number(trees, -1.0, true) == "-1 is neither 0 nor at least 1");
   CHECK(data::wrong_number(level, 0.95).empty());
   CHECK_FALSE(data::wrong_number(level, 1.0).empty());
   CHECK_THROWS_WITH(data::require_number(level), Catch::Contains("must lie between 0 and 1"));

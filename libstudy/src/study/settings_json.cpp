@@ -210,15 +210,18 @@ Json SettingsWriter::json_of(const Setting<const LevelCriteria>& setting) {
 
 UnitSettings read_unit_settings(const JsonReader& json) {
   UnitSettings settings;
-  each_setting(settings,
-               SettingsReader(json, {}, [](std::string_view key) { return !is_of_indices(key); }));
+  each_setting(settings, SettingsReader(json, {}, [](std::string_view key) {
+                 return !is_of_indices(key) && key != "edge";
+               }));
   return settings;
 }
 
 Json unit_settings_json(const UnitSettings& settings) {
   SettingsWriter writer;
-  each_setting(settings, [&writer](const auto& setting) {
-    if (is_of_indices(setting.key)) writer(setting);
+  // On a torus trees have other neighbors; the other edge corrections choose among trees.
+  const bool is_torus = settings.edge == stand::EdgeCorrection::kTorus;
+  each_setting(settings, [&writer, is_torus](const auto& setting) {
+    if (is_of_indices(setting.key) || (is_torus && setting.key == "edge")) writer(setting);
   });
   return writer.json();
 }

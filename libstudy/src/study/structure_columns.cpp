@@ -197,6 +197,12 @@ std::vector<std::string> add_structure_columns(const std::vector<std::string>& n
                                  data::list_of(table.names())),
                      {.file = table.file()});
   }
+  if (needs_units && options.edge == stand::EdgeCorrection::kTorus && options.windows.empty()) {
+    throw InputError(fmt::format("{} of the study are of a torus, whose window is not known here; "
+                                 "use its predictions.csv, which has them",
+                                 fmt::join(wanted, ", ")),
+                     {.file = table.file()});
+  }
   const stand::Inventory inventory = inventory_of(table);
   if (needs_units) {
     const stand::StructuralUnits units = stand::structural_units(inventory, options);

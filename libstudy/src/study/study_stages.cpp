@@ -313,9 +313,11 @@ void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCa
   }
 }
 
-/// Adds random effects of a further grouping to the chosen ones. Every combination of subsets of
-/// the coefficients would be too many fits. \param added    see added_term_trials \param largest
-/// number of coefficients with the added effects
+/// Adds random effects of a further grouping to the chosen ones. Those of trees are added to all of
+/// the plots' candidates: without them, differences between trees may have been taken for those of
+/// a coefficient between plots. Every combination of the others would be too many fits.
+/// \param added    see added_term_trials
+/// \param largest  number of coefficients with the added effects
 void run_added_term(const std::string& name,
                     const fit::RandomEffects& added,
                     std::size_t largest,
@@ -335,7 +337,9 @@ void run_added_term(const std::string& name,
       }
     }
     for (const Candidate& candidate : works[i].result.random) {
-      if (!candidate.chosen || !works[i].result.nlme) continue;
+      const bool is_extended =
+          candidate.chosen || (added.group == kTree && candidate.fit.convergence.converged());
+      if (!is_extended || !works[i].result.nlme) continue;
       level.add(i, added_term_trials(candidate, added, largest));
     }
   }

@@ -2,6 +2,7 @@
 #include "study/study_work.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +14,7 @@
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/column_reference.hpp"
 #include "silvafit/fit/variance_function.hpp"
+#include "silvafit/study/structure_columns.hpp"
 
 namespace silvafit::study {
 
@@ -81,6 +83,18 @@ std::vector<std::size_t> complete_rows(const data::Table& table,
     if (is_complete) complete.push_back(row);
   }
   return complete;
+}
+
+/// The covariates that some of the rows lack: "a structural unit", or their columns.
+std::string lacking_covariates(const data::Table& table,
+                               const std::vector<std::size_t>& rows,
+                               const std::vector<std::string>& covariates) {
+  std::set<std::string> lacking;
+  for (const std::string& name : covariates) {
+    const bool is_complete = complete_rows(table, rows, {name}).size() == rows.size();
+    if (!is_complete) lacking.insert(is_structure_name(name) ? "a structural unit" : name);
+  }
+  return fmt::format("{}", fmt::join(lacking, " or "));
 }
 
 std::size_t count_groups(const data::Table& table, const std::string& group) {
@@ -175,7 +189,7 @@ std::string tree_counts(const Work& work) {
   const std::string core = counted(work.core, "core tree", "core trees");
   const std::string of_measured = fmt::format("{} of {} measured", core, work.measured);
   return used == work.core ? of_measured
-                           : fmt::format("{} with structural unit; {}", used, of_measured);
+                           : fmt::format("{} with {}; {}", used, work.lacking, of_measured);
 }
 
 bool Work::has_repeated_trees() const {
@@ -215,9 +229,12 @@ Work prepared(const data::Table& table,
   columns.insert(columns.end(), work.covariates.begin(), work.covariates.end());
   work.result.rows = complete_rows(table, rows, columns);
   if (work.result.rows.size() < rows.size()) {
-    work.result.notes.push_back(counted(rows.size() - work.result.rows.size(),
-                                        "tree without a structural unit was excluded.",
-                                        "trees without a structural unit were excluded."));
+    work.lacking = lacking_covariates(table, rows, work.covariates);
+    work.result.notes.push_back(
+        fmt::format("{} without {} {} excluded.",
+                    counted(rows.size() - work.result.rows.size(), "tree", "trees"),
+                    work.lacking,
+                    rows.size() - work.result.rows.size() == 1 ? "was" : "were"));
   }
   refuse_number(columns, options.group, "`group`", response, table.file());
   columns.push_back(options.group);

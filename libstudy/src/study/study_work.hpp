@@ -23,6 +23,7 @@ struct Work {
   data::Table sample{};  ///< the trees on which candidates are compared; empty: all
   std::vector<BaseCandidate> candidates{};
   std::vector<std::string> covariates{};
+  std::string lacking{};     ///< those that some trees lack, as words
   std::size_t measured = 0;  ///< trees with all that the candidates need
   std::size_t core = 0;      ///< those of them that are core; all if the table has no such column
   /// Of its trees. It refers to the table, so it is made when the work does not move any more.

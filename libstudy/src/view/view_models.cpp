@@ -50,7 +50,7 @@ std::string packed(const tree::SharedModels& shared,
         name, tree::parts_of(grown[i].mesh, shared.models[model].builder->name()));
     writer->place(added, name, {.position = origin}, tree::SceneWriter::kNoTree);
   }
-  const tree::MeshPart ground = tree::ground_mesh(stems, origin, 4.0);
+  const tree::MeshPart ground = tree::ground_mesh(stems, origin, 4.0, options.terrain.get());
   const auto added = writer->add_model("ground", {{"ground", "ground", &ground}});
   writer->place(added, "ground", {.position = origin}, tree::SceneWriter::kNoTree);
   writer->finish();

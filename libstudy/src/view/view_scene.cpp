@@ -280,11 +280,12 @@ ViewStand stand_of_extras(const json& description,
     stand.trees.push_back(std::move(tree));
   }
   if (without > 0) {
-    stand.notes.push_back(fmt::format(
-        "{} of {} of the file {} shown without measurements.",
-        without,
-        counted(without + stand.trees.size(), "tree", "trees"),
-        without == 1 ? "has impossible sizes; it is" : "have impossible sizes; they are"));
+    stand.notes.push_back(fmt::format("{} of {} of the file {} shown without measurements.",
+                                      without,
+                                      counted(without + stand.trees.size(), "tree", "trees"),
+                                      without == 1
+                                          ? "is dead wood or has impossible sizes; it is"
+                                          : "are dead wood or have impossible sizes; they are"));
   }
   stand.variants.push_back(std::move(variant));
   return stand;

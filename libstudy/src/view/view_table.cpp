@@ -202,10 +202,12 @@ class StandReader {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       const std::size_t row = rows_[i];
       const tree::Morphology& version = any_version(keys_[i]);
+      const tree::PresetChoice choice =
+          catalogue_.choose(tree::BuilderKind::kSegment, version.species, options_.reads_codes);
       ViewTree tree{.plot = version.plot,
                     .tree = version.tree,
                     .species = version.species,
-                    .preset = &builder_of(version.species, catalogue_),
+                    .preset = choice.builder,
                     .position = version.position,
                     .dbh_cm = version.dbh_cm,
                     .observed = {h[row], hcb[row], cw[row]},
@@ -216,7 +218,7 @@ class StandReader {
           observed != variants_.front().trees.end()) {
         tree.observed = sizes_of(observed->second, tree.observed);
       }
-      species.add(version.species, catalogue_.choose(tree::BuilderKind::kSegment, version.species));
+      species.add(version.species, choice);
       stand_.trees.push_back(std::move(tree));
     }
     for (std::string& note : species.texts()) stand_.notes.push_back(std::move(note));

@@ -6,60 +6,49 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "silvafit/base/text.hpp"
-#include "silvafit/data/column_reference.hpp"
 #include "silvafit/data/program.hpp"
+#include "silvafit/tree/morphology_table.hpp"
+#include "workflow/mapped_numbers.hpp"
 
 namespace silvafit::study {
 namespace {
 
 /// What is drawn where nothing was measured. Naslund's curve with values between those of published
 /// curves of closed temperate stands (16 m at 20 cm, 22 m at 40 cm); half of the height has a
-/// crown; crown widths of forest trees are about 20 times the diameter, and more of thin ones.
+/// crown; crown widths of forest trees are about 20 times the diameter, and more of thin ones. Of a
+/// tree whose crown base was measured above this height, the height is twice the crown base; of one
+/// with some measured radii, the width is twice their mean.
 constexpr std::array<std::array<const char*, 2>, 3> kAssumed{
     {{"h", "1.3 + dbh^2/(0.19*dbh + 1.5)^2"}, {"hcb", "0.5*h"}, {"cw", "0.6 + 0.16*dbh"}}};
 
 class Completion {
  public:
   Completion(data::Table& table, std::map<std::string, std::string>& columns)
-      : table_(table), columns_(columns) {}
+      : table_(table), columns_(columns), hcb_(known_numbers("hcb")), assumed_(table.rows()) {}
 
   std::optional<std::vector<double>> numbers(const std::string& name) const {
-    const auto mapped = columns_.find(name);
-    if (mapped == columns_.end() && !table_.has(name)) {
-      return std::vector<double>(table_.rows(), data::kMissing);
-    }
-    const std::string source = mapped == columns_.end() ? name : mapped->second;
-    std::vector<data::TextCell> unreadable;
-    const auto reference = data::column_reference(name, source, table_.names(), table_.file());
-    std::vector<double> values = data::numbers_of(table_, reference, unreadable);
-    if (!unreadable.empty()) return std::nullopt;
-    return values;
-  }
-
-  bool has_radii(std::size_t row) {
-    if (!radii_) {
-      radii_.emplace();
-      for (const char* name : {"cr_e", "cr_w", "cr_s", "cr_n"}) {
-        radii_->push_back(numbers(name).value_or(std::vector<double>(table_.rows(), 0.0)));
-      }
-    }
-    return std::ranges::none_of(
-        *radii_, [row](const std::vector<double>& radius) { return std::isnan(radius[row]); });
+    return mapped_numbers(table_, columns_, name);
   }
 
   /// \return the number of values that are assumed
   std::size_t complete(const std::string& name, const char* formula, data::Table& known) {
     auto values = numbers(name);
     if (!values) return 0;
-    const std::vector<double> assumed = data::evaluate(data::Expression::parse(formula), known);
+    const std::vector<double> usual = data::evaluate(data::Expression::parse(formula), known);
     std::size_t count = 0;
     for (std::size_t row = 0; row < values->size(); ++row) {
       double& value = (*values)[row];
-      const bool is_lacking = std::isnan(value) && std::isfinite(assumed[row]);
-      if (!is_lacking || (name == "cw" && has_radii(row))) continue;
-      value = assumed[row];
+      const bool is_lacking = std::isnan(value) && std::isfinite(usual[row]);
+      const std::vector<double> of_crown = name == "cw" ? radii(row) : std::vector<double>();
+      if (!is_lacking || of_crown.size() == kRadii.size()) continue;
+      value = usual[row];
+      // What was measured of the tree is not contradicted.
+      if (name == "h" && hcb_[row] >= value) value = 2.0 * hcb_[row];
+      if (!of_crown.empty()) value = 2.0 * mean(of_crown);
+      assumed_[row] += (assumed_[row].empty() ? "" : ", ") + name;
       ++count;
     }
     known.set(name, *values);
@@ -69,9 +58,42 @@ class Completion {
     return count;
   }
 
+  /// Sets the column of the sizes that are assumed.
+  void mark() {
+    data::TextColumn names;
+    for (const std::string& each : assumed_) names.append(each);
+    table_.set(tree::kAssumedColumn, std::move(names));
+  }
+
  private:
+  static constexpr std::array<const char*, 4> kRadii{"cr_e", "cr_w", "cr_s", "cr_n"};
+
+  static double mean(const std::vector<double>& values) {
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+  }
+
+  /// The measured ones of the four radii.
+  std::vector<double> radii(std::size_t row) {
+    if (!radii_) {
+      radii_.emplace();
+      for (const char* name : kRadii) radii_->push_back(known_numbers(name));
+    }
+    std::vector<double> measured;
+    for (const std::vector<double>& radius : *radii_) {
+      if (!std::isnan(radius[row])) measured.push_back(radius[row]);
+    }
+    return measured;
+  }
+
+  /// Columns with texts are reported where trees are read.
+  std::vector<double> known_numbers(const std::string& name) const {
+    return numbers(name).value_or(std::vector<double>(table_.rows(), data::kMissing));
+  }
+
   data::Table& table_;
   std::map<std::string, std::string>& columns_;
+  std::vector<double> hcb_;
+  std::vector<std::string> assumed_;
   std::optional<std::vector<std::vector<double>>> radii_{};
 };
 
@@ -92,6 +114,12 @@ void assume_sizes(data::Table& table,
     const auto& [name, formula] = kAssumed[k];
     counts[k] += completion.complete(name, formula, known);
   }
+  completion.mark();
+}
+
+std::string note_on_predictions(const data::Table& table) {
+  if (!table.has("h_pred")) return {};
+  return "the predictions of h_pred and others are not drawn; use `use=pred`";
 }
 
 std::string note_on(const AssumedSizes& counts) {

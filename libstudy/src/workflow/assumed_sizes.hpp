@@ -15,11 +15,15 @@ namespace silvafit::study {
 using AssumedSizes = std::array<std::size_t, 3>;
 
 /// Sets heights, crown bases and crown widths where they are missing, by a fixed formula of dbh.
+/// The column tree::kAssumedColumn names those of each tree.
 /// \param columns  sources of standard columns; those that are completed are removed
 /// \param counts   of earlier parts; those of this table are added
 void assume_sizes(data::Table& table,
                   std::map<std::string, std::string>& columns,
                   AssumedSizes& counts);
+
+/// A note on columns of predictions that are not used; empty if there are none.
+std::string note_on_predictions(const data::Table& table);
 
 /// A note with the number of trees and the formula of each; empty if nothing was missing.
 std::string note_on(const AssumedSizes& counts);

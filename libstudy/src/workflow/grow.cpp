@@ -267,9 +267,12 @@ Growth::Trees Growth::read(const data::TableSource& rows) {
                                     job_.stream ? &state_ : nullptr,
                                     job_.dead_wood);
   recognized_ = table.recognized;
+  job_.state->reads_codes = table.has_fia_species;
   if (!job_.stream) assume_labels(table.table, options.columns);
   if (options.use == tree::Use::kObserved && !options.only_height) {
     assume_sizes(table.table, options.columns, assumed_);
+    const std::string unused = note_on_predictions(table.table);
+    if (!job_.stream && !unused.empty()) give_notes(std::vector{unused}, job_.callbacks.note);
   }
   if (!job_.by.empty()) return {.moments = tree::read_moments(table.table, job_.by, options)};
   if (!choose_plots(table.table, options)) return {};

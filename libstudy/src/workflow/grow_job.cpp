@@ -12,6 +12,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/fingerprint.hpp"
+#include "silvafit/base/words.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -74,6 +75,10 @@ void check_sharing(const GrowJob& job) {
 
 void check_dead_wood(const GrowJob& job) {
   if (!job.dead_wood) return;
+  if (job.reading.dead == stand::DeadTrees::kInclude) {
+    throw UsageError("has no effect with `dead=include`, by which dead trees are living ones",
+                     {.column = "`dead_wood`"});
+  }
   if (job.share || job.resolve_overlaps || job.animate || job.is_unfitted) {
     throw UsageError(
         "`dead_wood` draws wood without crowns; omit `share`, `resolve_overlaps`, `animate` and "
@@ -120,9 +125,9 @@ void check_levels(const GrowJob& job) {
   }
 }
 
-/// The ending of a file's name, without the dot.
+/// The ending of a file's name, in lower case and without the dot.
 std::string ending_of(const std::filesystem::path& path) {
-  const std::string ending = path.extension().string();
+  const std::string ending = in_lower_case(path.extension().string());
   return ending.empty() ? ending : ending.substr(1);
 }
 

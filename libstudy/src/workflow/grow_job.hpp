@@ -34,6 +34,7 @@ struct GrowState {
   TakenNames names{};               ///< of files of trees and plots, in small letters
   tree::SharedPictures pictures{};  ///< of OBJ files of trees
   tree::SpeciesNotes species{};
+  bool reads_codes = true;      ///< numbers of species are codes of FIA
   tree::Impostors impostors{};  ///< of the coarsest level
   /// Called for each written tree, by its number in the result.
   std::function<void(std::size_t tree, const GrownTree&)> each_tree{};

@@ -26,7 +26,7 @@ std::vector<tree::PresetChoice> choose_builders(const std::vector<tree::Morpholo
   if (for_all != nullptr) return std::vector(morphologies.size(), tree::PresetChoice{for_all});
   std::vector<tree::PresetChoice> choices;
   for (const tree::Morphology& morphology : morphologies) {
-    choices.push_back(catalogue.choose(job.builder, morphology.species));
+    choices.push_back(catalogue.choose(job.builder, morphology.species, job.state->reads_codes));
     job.state->species.add(morphology.species, choices.back());
   }
   return choices;
@@ -70,7 +70,9 @@ void add_ground(const GrowJob& job,
     const auto [south, north] = by(&tree::Position::y_m);
     stems = {{west->x_m, south->y_m, lowest}, {east->x_m, north->y_m, lowest}};
   }
-  const tree::MeshPart mesh = tree::ground_mesh(stems, origin);
+  const data::Raster* const terrain =
+      job.ground == SceneGround::kStems ? job.reading.terrain.get() : nullptr;
+  const tree::MeshPart mesh = tree::ground_mesh(stems, origin, 2.0, terrain);
   const auto model = writer.add_model("ground", {{"ground", "ground", &mesh}});
   writer.place(model, "ground", {.position = origin}, tree::SceneWriter::kNoTree);
 }
@@ -155,6 +157,7 @@ class Grower {
       std::set<std::string> guesses;
       for (const tree::Note& note : grown.tree.notes) guesses.insert(note.about);
       guesses.erase("overlap");
+      guesses.erase("remains");
       for (const std::string& name : guesses) ++result_.counts.guesses[name];
       if (!guesses.empty()) result_.with_guesses.push_back(i);
     }

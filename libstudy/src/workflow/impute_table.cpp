@@ -243,7 +243,9 @@ ImputationSummary impute_trees(const data::TableSource& trees,
                                bool is_in_parts,
                                const ImputationSink& sink,
                                const Callbacks& callbacks) {
-  refuse_idle_settings(options);
+  IdleReasons idle;
+  if (!options.random.empty()) idle["group"] = "beside `random`";
+  refuse_idle_settings(options, {}, idle);
   if (is_in_parts && options.add_residual) {
     throw UsageError(
         "cannot be used with `stream`: random numbers are drawn for all plots together",

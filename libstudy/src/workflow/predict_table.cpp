@@ -275,6 +275,12 @@ PredictionSummary predict_trees(const data::TableSource& trees,
   const bool has_roles = std::ranges::any_of(
       library.models, [](const LibraryModel& model) { return !model.role.empty(); });
   if (!has_roles) idle["role"] = "on this library, whose models have no roles";
+  const bool has_random_effects =
+      std::ranges::any_of(library.models, [&settings](const LibraryModel& model) {
+        const bool is_used = settings.role.empty() || model.role == settings.role;
+        return is_used && model.fit.has_random_effects();
+      });
+  if (!has_random_effects) idle["level"] = "on these models, which have no random effects";
   refuse_idle_settings(settings, {}, idle);
   PredictionRun run(library, catalogue, settings);
   PredictionSummary summary{.settings = settings};

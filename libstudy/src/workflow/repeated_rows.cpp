@@ -15,6 +15,7 @@
 #include "silvafit/base/text.hpp"
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/repeated_trees.hpp"
+#include "silvafit/stand/size_units.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -236,6 +237,7 @@ void keep_one_row_per_tree(data::Table& table,
                            const std::string& plot_column,
                            const std::string& tree_column,
                            const MeasureOf& measure,
+                           bool trust_units,
                            RepeatedTreeCounts& counts) {
   const data::TextColumn plot = table.labels(plot_column);
   const data::TextColumn tree = table.labels(tree_column);
@@ -243,9 +245,10 @@ void keep_one_row_per_tree(data::Table& table,
   for (std::size_t row = 0; row < table.rows(); ++row) {
     if (!plot.is_missing(row) && !tree.is_missing(row)) rows.push_back(row);
   }
-  const auto [repeated, visits] =
-      stand::repeated_trees(inventory_of(table, rows, plot, tree, measure),
-                            labels_in(stand::usual_time_column(table.names()), table, rows));
+  const stand::Inventory inventory = inventory_of(table, rows, plot, tree, measure);
+  if (!trust_units) stand::check_crowding(inventory, "x, y");
+  const auto [repeated, visits] = stand::repeated_trees(
+      inventory, labels_in(stand::usual_time_column(table.names()), table, rows));
   counts.visits.add(visits);
   if (repeated.empty()) return;
   Rows kept;

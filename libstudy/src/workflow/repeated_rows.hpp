@@ -38,11 +38,13 @@ using MeasureOf = std::function<std::vector<double>(const std::string& name)>;
 /// Keeps one row for each tree at one time, by the rule for inventories
 /// (stand::repeated_trees()): earlier visits of a plot and copies are removed, other trees of the
 /// same number get a new one.
-/// \param counts  of earlier parts; those of this table are added
+/// \param trust_units  positions are not checked (stand::check_crowding())
+/// \param counts       of earlier parts; those of this table are added
 void keep_one_row_per_tree(data::Table& table,
                            const std::string& plot_column,
                            const std::string& tree_column,
                            const MeasureOf& measure,
+                           bool trust_units,
                            RepeatedTreeCounts& counts);
 
 }  // namespace silvafit::study

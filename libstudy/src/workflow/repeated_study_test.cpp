@@ -47,6 +47,29 @@ std::string repeated_csv() {
   return text + "1,99,,1,1,20,18\n";
 }
 
+constexpr std::size_t kPlotsOfTrees = 8;
+constexpr std::size_t kTreesOfPlot = 12;
+
+/// Trees measured in three years. Heights differ between plots by 2 m and between the trees of a
+/// plot by 1.5 m; errors are 0.5 m (standard deviations).
+std::string trees_csv() {
+  Random random(8);
+  std::string text = "plot,tree,year,dbh,h\n";
+  for (std::size_t plot = 1; plot <= kPlotsOfTrees; ++plot) {
+    const double of_plot = random.normal(24.0, 2.0);
+    for (std::size_t tree = 1; tree <= kTreesOfPlot; ++tree) {
+      const double limit = of_plot + random.normal(0.0, 1.5);
+      const double first = random.uniform(8.0, 35.0);
+      for (const int year : {2000, 2005, 2010}) {
+        const double dbh = first + 0.4 * (year - 2000);
+        const double h = 1.3 + limit * (1.0 - std::exp(-0.05 * dbh)) + random.normal(0.0, 0.5);
+        text += fmt::format("{},{},{},{:.1f},{:.2f}\n", plot, tree, year, dbh, h);
+      }
+    }
+  }
+  return text;
+}
+
 data::TableSource source_of(const std::string& text) {
   return std::make_shared<const data::TableText>(
       data::TableText{.name = "repeated.csv", .text = text, .separator = ','});
@@ -132,6 +155,22 @@ TEST_CASE("periods are groups within the plots, which are left out as a whole") 
   REQUIRE(result.left_out);
   CHECK(result.left_out->folds == kPlots);
   CHECK(result.left_out->trees == 2 * kPlots * kTrees);
+}
+
+TEST_CASE("trees have an effect of their own, which a coefficient between plots does not hide") {
+  StudyConfiguration settings = settings_of("year");
+  settings.study.covariates = {};
+  settings.units.circle = {};
+  const StudyRecord record = whole_study(source_of(trees_csv()), test::catalogue(), settings);
+  const ResponseStudy& result = record.study.results.front();
+  // Without the trees, two coefficients vary between plots, to which no tree's effect could be
+  // added inside the range of the parameters.
+  CHECK(result.chosen_terms(&ResponseStudy::random) == "a | plot; a | plot:tree");
+  REQUIRE(result.nlme);
+  const fit::FittedModel& fit = result.nlme->fit;
+  // Four standard errors of standard deviations of 192 errors and 88 differences of trees.
+  CHECK(fit.sigma == Approx(0.5).margin(4.0 * 0.5 / std::sqrt(2.0 * 192.0)));
+  CHECK(fit.random.back().sd()[0] == Approx(1.5).margin(4.0 * 1.5 / std::sqrt(2.0 * 88.0)));
 }
 
 TEST_CASE("tables and predictions show both groupings") {

@@ -25,6 +25,7 @@
 #include "workflow/recurring_groups.hpp"
 #include "workflow/repeated_rows.hpp"
 #include "workflow/table_sizes.hpp"
+#include "workflow/terrain.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -180,8 +181,10 @@ void TableReader::add_column(const stand::ColumnMapping& column) {
     std::vector<data::TextCell> cells;
     const auto reference =
         data::column_reference(column.name, column.source, table.names(), reader_.file());
-    require_numbers(table, reference.expression->variables());
-    table.set(column.name, data::numbers_of(table, reference, cells));
+    std::vector<double> numbers = data::numbers_of(table, reference, cells);
+    // A column of labels, such as that of subplots, may have numbers, too.
+    if (!cells.empty()) require_numbers(table, reference.expression->variables());
+    table.set(column.name, std::move(numbers));
   } else {
     data::copy_column(column.name, table, column.source, table);
   }
@@ -374,7 +377,8 @@ void TableReader::resolve_repeated_rows(RepeatedRows rule) {
       if (!is_mapped && !table.has(column)) return {};
       return stand::numbers_from(table, name, column);
     };
-    keep_one_row_per_tree(table, plot, tree, measure, state_.repeated_trees);
+    keep_one_row_per_tree(
+        table, plot, tree, measure, wishes_.options.trust_units, state_.repeated_trees);
     for (std::string& text : state_.repeated_trees.notes()) note(std::move(text));
   }
 }
@@ -394,6 +398,7 @@ void TableReader::describe_labels() {
 TableReader::Result TableReader::read() {
   find_columns();
   read_table();
+  result_.has_fia_species = stand::may_have_fia_species(reader_.header());
   note(data::describe_layout(reader_.layout()));
   note(prepared_.note);
   Mappings renamed = usual_;
@@ -470,11 +475,20 @@ ReadTable read_tree_table(const data::TableSource& source,
   });
   for (const stand::ColumnMapping& mapping : result.mapped) columns[mapping.name] = mapping.source;
   ReadingState own;
+  ReadingState& of_parts = state == nullptr ? own : *state;
   check_sizes(result.table,
               sizes_in(result.table, result.mapped, result.usual, false),
               settings.trust_units,
-              state == nullptr ? own : *state,
+              of_parts,
               result.recognized);
+  if (settings.terrain) {
+    set_elevations(*settings.terrain,
+                   result.table,
+                   columns,
+                   state == nullptr,
+                   of_parts.off_terrain,
+                   result.recognized);
+  }
   // The status does not affect a tree's shape.
   columns.erase("status");
   give_notes(result.recognized, note);

@@ -38,6 +38,7 @@ class ViewSource {
       : catalogue_(catalogue), settings_(settings), options_(settings.view), callbacks_(callbacks) {
     options_.version = SILVAFIT_VERSION;
     options_.columns = column_map(settings.reading.columns);
+    options_.terrain = settings.reading.terrain;
     std::ranges::sort(options_.levels);
     options_.levels.erase(std::unique(options_.levels.begin(), options_.levels.end()),
                           options_.levels.end());
@@ -64,6 +65,7 @@ class ViewSource {
     ReadTable read =
         read_tree_table(source, settings_.reading, "", options_.columns, callbacks_.note);
     recognized_ = std::move(read.recognized);
+    options_.reads_codes = read.has_fia_species;
     return std::move(read.table);
   }
 

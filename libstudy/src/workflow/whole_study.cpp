@@ -193,6 +193,7 @@ ordered_json result_json(const ResponseStudy& result) {
           {"verdict", result.verdict()},
           {"sound", result.is_sound()},
           {"doubts", result.doubts},
+          {"notes", result.notes},
           {"rejected", result.rejected()},
           {"left_out", left_out_json(result)}};
 }

@@ -83,10 +83,14 @@ const Builder& BuilderCatalogue::named(BuilderKind kind, std::string_view name) 
                    "; available: " + names);
 }
 
-PresetChoice BuilderCatalogue::choose(BuilderKind kind, std::string_view species) const {
+PresetChoice BuilderCatalogue::choose(BuilderKind kind,
+                                      std::string_view species,
+                                      bool reads_codes) const {
+  const bool is_code = species.find_first_not_of("0123456789") == std::string_view::npos;
+  if (is_code && !reads_codes) return {.builder = &fallback(kind), .is_listed = false};
   const SpeciesMap::Species* const known = species_.find(species);
   PresetChoice choice;
-  if (known != nullptr && known->fia == species) choice.code_of = known->latin;
+  if (known != nullptr && is_code) choice.code_of = known->latin;
   const std::string_view latin = known != nullptr ? std::string_view(known->latin) : species;
   choice.builder = listing(latin, of(kind));
   if (choice.builder != nullptr) return choice;

@@ -48,6 +48,24 @@ TEST_CASE("species are found by Latin name, common name, code and genus") {
   CHECK(preset_of("Cyathea spinulosa") == "fern");
 }
 
+TEST_CASE(
+    "names of species may be abbreviated, have underscores or zeros, or be those of a group") {
+  CHECK(preset_of("Picea_abies") == "picea-abies");
+  CHECK(preset_of("P. abies") == "picea-abies");
+  CHECK(preset_of("p. sylvestris var. mongolica") == "pinus-sylvestris");
+  CHECK(preset_of("P. alba") == "populus");
+  CHECK(preset_of("A. alba") == "abies");
+  // Pinus and Populus have a nigra each.
+  CHECK_FALSE(chosen("P. nigra").is_listed);
+  CHECK(preset_of("0131") == "pinus-taeda");
+  CHECK(chosen("0131").code_of == "Pinus taeda");
+  CHECK_FALSE(chosen("0").is_listed);
+  CHECK(preset_of("Fichte") == "picea-abies");
+  CHECK(preset_of("hêtre") == "fagus");
+  CHECK(preset_of("other conifer") == "generic-conifer");
+  CHECK(preset_of("Laubholz") == "generic-broadleaf");
+}
+
 TEST_CASE("a species that no preset lists has the usual preset, and codes are told") {
   CHECK_FALSE(chosen("OF").is_listed);
   CHECK_FALSE(chosen("").is_listed);

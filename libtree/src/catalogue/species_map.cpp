@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/tree/species_map.hpp"
 
+#include <algorithm>
 #include <cctype>
 #include <sstream>
 
@@ -14,6 +15,15 @@ std::vector<std::string> split_names(const std::string& text) {
   std::istringstream words(text);
   for (std::string name; std::getline(words >> std::ws, name, ';');) names.push_back(name);
   return names;
+}
+
+/// In lower case, with blanks for underscores, and a code without leading zeros.
+std::string plain_name(std::string_view name) {
+  std::string plain = lower_case(name);
+  std::ranges::replace(plain, '_', ' ');
+  const bool is_code = plain.find_first_not_of("0123456789") == std::string::npos;
+  if (is_code) plain.erase(0, plain.find_first_not_of('0'));
+  return plain;
 }
 
 }  // namespace
@@ -52,9 +62,24 @@ const SpeciesMap::Species* SpeciesMap::listed(const std::string& lower) const {
   return found == by_name_.end() ? nullptr : &species_[found->second];
 }
 
+/// The only species with this initial of the genus and this epithet, of "p. abies".
+const SpeciesMap::Species* SpeciesMap::abbreviated(const std::string& lower) const {
+  if (lower.size() < 4 || lower.substr(1, 2) != ". ") return nullptr;
+  const std::string epithet = lower.substr(2, lower.find(' ', 3) - 2);
+  const Species* found = nullptr;
+  for (const Species& species : species_) {
+    const std::string latin = lower_case(species.latin);
+    if (latin.front() != lower.front() || !latin.ends_with(epithet)) continue;
+    if (found != nullptr) return nullptr;
+    found = &species;
+  }
+  return found;
+}
+
 const SpeciesMap::Species* SpeciesMap::find(std::string_view name) const {
-  const std::string lower = lower_case(name);
+  const std::string lower = plain_name(name);
   const Species* species = listed(lower);
+  if (species == nullptr) species = abbreviated(lower);
   // Varieties and authors follow the two words of a species.
   const std::size_t genus = lower.find(' ');
   if (species == nullptr && genus != std::string::npos) {

@@ -470,6 +470,43 @@ TEST_CASE("the ground passes through every stem base and covers the stand once")
   CHECK_THROWS_AS(ground_mesh(std::vector<Position>{{5e8, 0, 0}, {0, 0, 0}}, {}), GeometryError);
 }
 
+TEST_CASE("the ground passes through the cells of a terrain between the stems") {
+  // A slope of 1 in 10 to the east with a hill of one cell; one cell is unknown.
+  data::Raster terrain{.west = 100.5, .north = 219.5, .columns = 40, .rows = 20};
+  for (std::size_t row = 0; row < terrain.rows; ++row) {
+    for (std::size_t column = 0; column < terrain.columns; ++column) {
+      terrain.values.push_back(50.0F + 0.1F * static_cast<float>(column));
+    }
+  }
+  terrain.values[10 * 40 + 8] = 60.0F;
+  terrain.values[10 * 40 + 9] = std::numeric_limits<float>::quiet_NaN();
+  const std::vector<Position> stems{{105.25, 205.25, 50.475}, {112.75, 213.25, 51.225}};
+  const MeshPart ground = ground_mesh(stems, {100, 200, 50}, 2.0, &terrain);
+  // Centers 103.5 to 114.5 and 203.5 to 214.5, but for the unknown one; two stems, four corners.
+  CHECK(ground.vertex_count() == 12 * 12 - 1 + 2 + 4);
+  std::size_t hills = 0;
+  for (std::size_t v = 0; v < ground.vertex_count(); ++v) {
+    const float* at = ground.positions.data() + 3 * v;
+    if (at[1] != 10.0F) continue;
+    ++hills;
+    CHECK(at[0] == 8.5F);
+    CHECK(-at[2] == 9.5F);
+  }
+  CHECK(hills == 1);
+  // Beyond kMostGroundPoints only every second cell of each direction is used.
+  data::Raster fine{.west = 0.0,
+                    .north = 100.0,
+                    .step_x = 0.4,
+                    .step_y = 0.4,
+                    .columns = 251,
+                    .rows = 251,
+                    .values = std::vector<float>(std::size_t{251} * 251, 1.0F)};
+  const MeshPart thinned =
+      ground_mesh(std::vector<Position>{{0, 0, 1}, {100, 100, 1}}, {}, 2.0, &fine);
+  // The stems are cells, too.
+  CHECK(thinned.vertex_count() == 126 * 126 + 4);
+}
+
 TEST_CASE("shared trees have their height and crown width, and the stated errors of the rest") {
   Random random(63);
   std::vector<Morphology> trees;

@@ -165,7 +165,10 @@ Skeleton skeleton_of(const Drawing& drawing,
                      const std::string& file,
                      std::optional<std::uint32_t> bud_grade) {
   if (drawing.lines.empty()) {
-    throw InputError("draws no wood; draw branches with F, for example F(1)", {.file = file});
+    throw InputError(
+        "draws no wood; draw branches with F, for example F(1), and check that productions match "
+        "the number of parameters and that the number of iterations is not 0",
+        {.file = file});
   }
   return SkeletonMaker(drawing, bud_grade).make();
 }

@@ -148,6 +148,9 @@ TreeShape complete(const Morphology& morphology, double relative_hc, const std::
                   .hcb_m = morphology.hcb_m,
                   .age_years = morphology.age_years,
                   .culm = morphology.culm};
+  if (!morphology.assumed.empty()) {
+    shape.notes.push_back({"sizes", morphology.assumed + " not measured: assumed for the picture"});
+  }
   if (morphology.hc_m) {
     shape.hc_m = *morphology.hc_m;
   } else {

@@ -10,6 +10,7 @@
 
 #include "morphology/plot_choice.hpp"
 #include "silvafit/base/enum_words.hpp"
+#include "silvafit/base/words.hpp"
 #include "silvafit/data/column_reference.hpp"
 
 namespace silvafit::tree {
@@ -112,7 +113,7 @@ class Columns {
 struct Sources {
   data::TextColumn plot;
   data::TextColumn tree;
-  std::optional<data::TextColumn> species, remains;
+  std::optional<data::TextColumn> species, remains, assumed;
   std::optional<Numbers> x, y, z, cw, east, west, south, north, hc, age;
   std::optional<Numbers> bend, bend_azimuth, internodes, branch_angle;
   std::optional<Numbers> dbh, hcb, decay;
@@ -133,6 +134,7 @@ Sources sources_of(const data::Table& table, const MorphologyTableOptions& optio
   from.y = options.needs_position ? columns.numbers("y") : columns.numbers_if_any("y");
   from.z = columns.numbers_if_any("z");
   if (options.only_height) return from;
+  if (table.has(kAssumedColumn)) from.assumed = table.labels(kAssumedColumn);
   if (options.dead_wood) {
     from.remains = columns.labels_if_any("remains");
     from.decay = columns.numbers_if_any("decay");
@@ -161,6 +163,13 @@ std::optional<double> value_if_known(const std::optional<Numbers>& column, std::
   return (*column)[row];
 }
 
+/// What is left of a tree, in small or capital letters; none for other words.
+std::optional<Remains> remains_of(std::string_view text) {
+  const std::string word = in_lower_case(text);
+  if (word.empty() || word == "living") return Remains::kAll;
+  return find_word<Remains>(word);
+}
+
 /// The missing label of a tree; empty: none.
 std::string missing_label(const Sources& from, std::size_t row) {
   if (from.plot[row].empty()) return "plot";
@@ -174,6 +183,7 @@ Morphology morphology_of(const Sources& from, std::size_t row, bool needs_positi
   if (from.species) tree.species = (*from.species)[row];
   if (needs_position) tree.position = {(*from.x)[row], (*from.y)[row], 0.0};
   if (needs_position && from.z) tree.position.z_m = (*from.z)[row];
+  if (from.assumed) tree.assumed = (*from.assumed)[row];
   tree.h_m = from.h[row];
   if (from.dbh) tree.dbh_cm = (*from.dbh)[row];
   if (from.hcb) tree.hcb_m = (*from.hcb)[row];
@@ -184,7 +194,7 @@ Morphology morphology_of(const Sources& from, std::size_t row, bool needs_positi
                .bend_azimuth_deg = value_if_known(from.bend_azimuth, row),
                .internodes = value_if_known(from.internodes, row),
                .branch_angle_deg = value_if_known(from.branch_angle, row)};
-  if (from.remains) tree.remains = find_word<Remains>((*from.remains)[row]).value_or(Remains::kAll);
+  if (from.remains) tree.remains = remains_of((*from.remains)[row]).value_or(Remains::kAll);
   if (tree.remains == Remains::kSnag) tree.decay_class = value_if_known(from.decay, row);
   const auto east = value_if_known(from.east, row);
   const auto west = value_if_known(from.west, row);
@@ -215,6 +225,12 @@ MorphologyTable read_morphologies(const data::Table& table, const MorphologyTabl
     if (const auto cell = from.unreadable.find(row); cell != from.unreadable.end()) {
       place.column = cell->second.column;
       result.left_out.push_back({place, "'" + cell->second.text + "' is not a number"});
+      continue;
+    }
+    if (from.remains && !remains_of((*from.remains)[row])) {
+      place.column = "remains";
+      result.left_out.push_back(
+          {place, "'" + std::string((*from.remains)[row]) + "' is not snag, stump, log or living"});
       continue;
     }
     try {

@@ -15,7 +15,7 @@
 namespace silvafit::tree {
 namespace {
 
-/// A stem base in whole centimeters, as the diagram needs it.
+/// A stem base, or another point of the ground, in whole centimeters, as the diagram needs it.
 struct Foot {
   std::int32_t east = 0;
   std::int32_t north = 0;
@@ -44,20 +44,76 @@ std::vector<Foot> feet_of(std::span<const Position> stems, const Position& origi
   return feet;
 }
 
-/// The corners of the box around all stems, each as high as the nearest stem.
-void add_corners(std::vector<Foot>& feet, double margin_m) {
-  Foot least = feet.front();
-  Foot most = feet.front();
+/// The box around all stems.
+struct Box {
+  Foot low{};
+  Foot high{};
+};
+
+Box box_around(const std::vector<Foot>& feet, double margin_m) {
+  Box box{feet.front(), feet.front()};
   for (const Foot& foot : feet) {
-    least.east = std::min(least.east, foot.east);
-    least.north = std::min(least.north, foot.north);
-    most.east = std::max(most.east, foot.east);
-    most.north = std::max(most.north, foot.north);
+    box.low.east = std::min(box.low.east, foot.east);
+    box.low.north = std::min(box.low.north, foot.north);
+    box.high.east = std::max(box.high.east, foot.east);
+    box.high.north = std::max(box.high.north, foot.north);
   }
   const std::int32_t margin = std::max(centimeters(margin_m), 1);
-  const std::size_t stems = feet.size();
-  for (const std::int32_t east : {least.east - margin, most.east + margin}) {
-    for (const std::int32_t north : {least.north - margin, most.north + margin}) {
+  box.low.east -= margin;
+  box.low.north -= margin;
+  box.high.east += margin;
+  box.high.north += margin;
+  return box;
+}
+
+/// The cells of an axis of a terrain, in ascending order.
+struct Cells {
+  std::size_t begin = 0;
+  std::size_t end = 0;
+  std::size_t count() const { return end - begin; }
+};
+
+/// The known cells of a terrain within the box.
+void add_terrain(const data::Raster& terrain,
+                 const Box& box,
+                 const Position& origin,
+                 std::vector<Foot>& feet) {
+  const auto cells_between = [](double first, double last, std::size_t cells) {
+    const auto whole = [cells](double cell) {
+      return static_cast<std::size_t>(std::clamp(cell, 0.0, static_cast<double>(cells)));
+    };
+    const std::size_t begin = whole(std::ceil(first));
+    return Cells{begin, std::max(begin, whole(std::floor(last) + 1.0))};
+  };
+  const double west = origin.x_m + box.low.east / kCentimetersPerMeter;
+  const double east = origin.x_m + box.high.east / kCentimetersPerMeter;
+  const double south = origin.y_m + box.low.north / kCentimetersPerMeter;
+  const double north = origin.y_m + box.high.north / kCentimetersPerMeter;
+  const Cells columns = cells_between((west - terrain.west) / terrain.step_x,
+                                      (east - terrain.west) / terrain.step_x,
+                                      terrain.columns);
+  const Cells rows = cells_between((terrain.north - north) / terrain.step_y,
+                                   (terrain.north - south) / terrain.step_y,
+                                   terrain.rows);
+  const double points = static_cast<double>(columns.count()) * static_cast<double>(rows.count());
+  const auto every = static_cast<std::size_t>(
+      std::max(1.0, std::ceil(std::sqrt(points / static_cast<double>(kMostGroundPoints)))));
+  for (std::size_t row = rows.begin; row < rows.end; row += every) {
+    for (std::size_t column = columns.begin; column < columns.end; column += every) {
+      const double z_m = terrain.value(column, row);
+      if (std::isnan(z_m)) continue;
+      feet.push_back({centimeters(terrain.x_of(column) - origin.x_m),
+                      centimeters(terrain.y_of(row) - origin.y_m),
+                      z_m - origin.z_m});
+    }
+  }
+}
+
+/// The corners of the box, each as high as the nearest point.
+void add_corners(const Box& box, std::vector<Foot>& feet) {
+  const std::size_t points = feet.size();
+  for (const std::int32_t east : {box.low.east, box.high.east}) {
+    for (const std::int32_t north : {box.low.north, box.high.north}) {
       const auto squared = [&](const Foot& foot) {
         const double dx = static_cast<double>(foot.east) - east;
         const double dy = static_cast<double>(foot.north) - north;
@@ -65,14 +121,14 @@ void add_corners(std::vector<Foot>& feet, double margin_m) {
       };
       const auto nearest =
           std::min_element(feet.begin(),
-                           feet.begin() + static_cast<std::ptrdiff_t>(stems),
+                           feet.begin() + static_cast<std::ptrdiff_t>(points),
                            [&](const Foot& a, const Foot& b) { return squared(a) < squared(b); });
       feet.push_back({east, north, nearest->z_m});
     }
   }
 }
 
-/// In a fixed order, one stem base per position: the lowest of those that share it.
+/// In a fixed order, one point per position: the lowest of those that share it.
 void make_unique(std::vector<Foot>& feet) {
   const auto key = [](const Foot& foot) { return std::tie(foot.east, foot.north, foot.z_m); };
   std::sort(
@@ -143,11 +199,16 @@ void add_normals(MeshPart& part) {
 
 }  // namespace
 
-MeshPart ground_mesh(std::span<const Position> stems, const Position& origin, double margin_m) {
+MeshPart ground_mesh(std::span<const Position> stems,
+                     const Position& origin,
+                     double margin_m,
+                     const data::Raster* terrain) {
   if (stems.empty()) throw GeometryError("a ground needs at least one stem");
   std::vector<Foot> feet = feet_of(stems, origin);
+  const Box box = box_around(feet, margin_m);
+  if (terrain != nullptr) add_terrain(*terrain, box, origin, feet);
   make_unique(feet);
-  add_corners(feet, margin_m);
+  add_corners(box, feet);
   make_unique(feet);
   MeshPart part{.kind = PartKind::kStem, .color = {0.07, 0.055, 0.035}, .double_sided = true};
   for (const Foot& foot : feet) {

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "fitted/standing_skeleton.hpp"
+#include "silvafit/base/enum_words.hpp"
 #include "silvafit/base/error.hpp"
 #include "stand/dead_wood.hpp"
 
@@ -89,6 +90,7 @@ SceneTree grow_dead_wood(const Morphology& morphology,
   Grown grown = grow_to_skeleton(morphology, builder, options);
   SceneTree tree = tree_of(morphology, builder);
   if (morphology.remains == Remains::kSnag) tree.notes = std::move(grown.shape.notes);
+  tree.notes.push_back({"remains", "drawn as a " + word_of(morphology.remains)});
   const Skeleton remains = remains_of(morphology, grown.skeleton);
   tree.mesh = builder.build_mesh(remains, grown.crown, grown.random, options.mesh);
   std::erase_if(tree.mesh.parts, [](const MeshPart& part) {

@@ -86,11 +86,14 @@ struct Bootstrap {
   std::vector<CountedReason> at_boundary{};
 };
 
+/// The fewest values whose order statistics include the limits of an interval: 39 at 95 %.
+std::size_t fewest_replicates(double level);
+
 /// Refits a model to resampled data.
 ///
 /// Each replicate has its own random stream, so that results do not depend on the number of
 /// threads; it starts from the fit, and without it if that does not converge. Quantiles
-/// interpolate between order statistics at (R + 1) p, and are the extremes beyond these.
+/// interpolate between order statistics at (R + 1) p, and are missing beyond these.
 /// \param table  the data of the fit
 /// \throws UsageError if the fit has not converged, options are out of range, groups are named for
 ///   the parametric bootstrap, or a group of the random effects is in several of the drawn groups;

@@ -89,7 +89,8 @@ struct Inventory {
   /// has one of known meaning (FIA's TPA_UNADJ); kept only with InventoryOptions::keeps_expansion.
   std::string expansion{};
 
-  bool trusts_units = false;  ///< InventoryOptions::trust_units
+  bool trusts_units = false;     ///< InventoryOptions::trust_units
+  double position_unit_m = 1.0;  ///< meters of a unit of x and y in the file
   /// Whether x and y are from the center of plots, computed from the subplots of FIA's trees.
   bool is_placed_by_subplots = false;
 

@@ -10,6 +10,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/table.hpp"
+#include "silvafit/stand/inventory.hpp"
 
 namespace silvafit::stand {
 
@@ -45,6 +46,12 @@ std::vector<MixedUnits> find_mixed_units(const TreeSizes& trees);
 std::string describe_mixed_units(const std::vector<MixedUnits>& mixed);
 
 using PlaceOfRow = std::function<Place(std::size_t row)>;
+
+/// Refuses positions in another unit than meters, such as degrees, by the trees and the basal area
+/// in the bounding rectangles of plots: the densest known forests have about 450 m2/ha.
+/// \param columns  of x and y, for the message
+/// \throws InputError
+void check_crowding(const Inventory& inventory, const std::string& columns);
 
 /// A column of sizes of trees.
 struct SizeColumn {

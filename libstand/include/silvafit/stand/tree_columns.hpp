@@ -161,6 +161,9 @@ ColumnMapping in_our_unit(ColumnMapping mapping,
                           const std::vector<std::string>& header,
                           const std::vector<std::string>& units);
 
+/// Whether numbers of species can be codes of FIA: not in a known table of another inventory.
+bool may_have_fia_species(const std::vector<std::string>& header);
+
 /// The note on such columns: "dbh is read from column DBH_cm, h from Height". Long expressions are
 /// named by their columns.
 /// \param header  of the file: a table of FIA is named; empty: not known

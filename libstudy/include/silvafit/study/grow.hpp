@@ -37,8 +37,7 @@ constexpr std::array<std::string_view, 3> words_of(SceneGround /*ground*/) {
 struct GrowSettings {
   ReadingSettings reading{};
   std::vector<std::string> plots{};  ///< plots to grow; empty: all
-  std::string use =
-      "observed";  ///< source of h, hcb and cw: observed, ols, population, conditional
+  std::string use = "observed";      ///< source of h, hcb and cw, a word of tree::Use
   // What is written: one of the two.
   std::string scene{};      ///< file of all trees at their positions
   std::string out{};        ///< folder of one file per tree, at the origin, or per plot

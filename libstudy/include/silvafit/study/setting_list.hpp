@@ -223,7 +223,10 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.needs_tests,
                 "Likelihood-ratio tests: required (must be significant) or shown")
             .one_of({"shown", "required"}));
-  visit(Setting("significance", settings.significance, "Level of the tests").optional().at_most(1));
+  visit(Setting("significance", settings.significance, "Level of the tests")
+            .optional()
+            .at_most(1)
+            .needs(settings.needs_tests, "`tests=required`"));
   visit(Setting("compared_trees",
                 settings.compared_trees,
                 "Highest number of trees of a species for comparing candidates; 0: all")

@@ -153,6 +153,8 @@ struct ResponseStudy {
   std::string chosen_terms(std::vector<Candidate> ResponseStudy::*level) const;
   /// A sentence on the first rejected candidate of each level whose best candidates were rejected.
   std::vector<std::string> rejected() const;
+  /// The notes, and the sentences of rejected().
+  std::vector<std::string> remarks() const;
 };
 
 struct StageTime {

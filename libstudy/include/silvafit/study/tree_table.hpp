@@ -32,6 +32,7 @@ struct ReadTable {
   std::vector<std::string> recognized{};
   /// Standard columns that are other columns of the file, unchanged: h is Height.
   std::map<std::string, std::string> columns{};
+  bool has_fia_species = true;  ///< stand::may_have_fia_species()
 };
 
 /// Such a table as observations: a row with the plot, tree and all other values of an earlier one
@@ -78,7 +79,8 @@ struct ReadingState {
   std::optional<stand::StatusColumn> status{};
   RepeatCounts repeated{};
   RepeatedTreeCounts repeated_trees{};
-  std::size_t sums = 0;  ///< rows of sums or means
+  std::size_t off_terrain = 0;  ///< trees that are not on ReadingSettings::terrain
+  std::size_t sums = 0;         ///< rows of sums or means
   std::string first_sum{};
   stand::OddValues odd_values{};
   std::map<std::string, std::size_t> computed{};  ///< notes on computed indices, with parts
@@ -89,7 +91,7 @@ struct ReadingState {
 /// species remain text, whatever their names. Our columns that the source has under a usual
 /// name or in another unit only, such as dbh as `BHD (mm)`, are added under our names. Dead trees
 /// are excluded unless they are to be included. Without `by`, each tree has one row at one time
-/// (docs/inventory.md).
+/// (docs/inventory.md). On a terrain, the column z is that of the terrain.
 /// \param by       the column of the times, of which each tree may have several; empty: one time
 /// \param columns  gets NAME -> COLUMN of the settings; columns in other units become expressions
 /// \param state    of the parts before; null: this is the whole table

@@ -5,12 +5,14 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "silvafit/data/csv.hpp"
+#include "silvafit/data/raster.hpp"
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/prepared_table.hpp"
 #include "silvafit/stand/sampling_design.hpp"
@@ -36,6 +38,8 @@ struct ReadingSettings {
   std::vector<std::string> cut_codes{};
   bool case_sensitive = false;  ///< species that differ only in capitals are different
   RowSettings rows{};
+  /// On which trees stand that are drawn, instead of their column z; null: none.
+  std::shared_ptr<const data::Raster> terrain{};
 };
 
 /// Settings of structural units; stand::StructuralUnitOptions explains the values.

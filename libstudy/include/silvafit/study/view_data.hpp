@@ -5,10 +5,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "silvafit/data/raster.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/tree/builder.hpp"
 #include "silvafit/tree/morphology_table.hpp"
@@ -26,6 +28,8 @@ struct ViewOptions {
   std::string mark{};
   std::size_t models_per_preset = 6;  ///< number of models of a species preset
   std::vector<int> levels{0, 1, 2, 3};
+  bool reads_codes = true;                        ///< numbers of species are codes of FIA
+  std::shared_ptr<const data::Raster> terrain{};  ///< of the ground; null: through the stem bases
   bool textures = true;  ///< pictures of bark and shoots, else leaves as polygons in plain colors
   tree::Season season = tree::Season::kSummer;
   std::uint64_t seed = 1;

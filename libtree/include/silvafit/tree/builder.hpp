@@ -175,7 +175,8 @@ class BuilderCatalogue {
 
   /// By the species that presets of the builder list, and by the species map. With the builder
   /// segment a palm, a banyan or a bamboo has the preset of its own builder.
-  PresetChoice choose(BuilderKind kind, std::string_view species) const;
+  /// \param reads_codes  numbers are codes of FIA; else of another list, which is not known
+  PresetChoice choose(BuilderKind kind, std::string_view species, bool reads_codes = true) const;
 
   /// The preset for species that no other preset lists: the one that lists "*".
   const Builder& fallback(BuilderKind kind) const;

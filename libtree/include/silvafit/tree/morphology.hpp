@@ -83,6 +83,7 @@ struct Morphology {
   std::optional<double> age_years{};  ///< in (0, 5000]
   CulmForm culm{};
   Remains remains = Remains::kAll;
+  std::string assumed{};                ///< names of h, hcb and cw that were not measured: "h, hcb"
   std::optional<double> decay_class{};  ///< of a snag: 1, 2, 3, 4 or 5 (FIA)
 
   bool operator==(const Morphology&) const = default;

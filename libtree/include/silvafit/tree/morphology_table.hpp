@@ -16,10 +16,16 @@
 namespace silvafit::tree {
 
 /// The columns of h, hcb and cw.
-enum class Use { kObserved, kOls, kPopulation, kConditional };
-constexpr std::array<std::string_view, 4> words_of(Use /*use*/) {
-  return {"observed", "ols", "population", "conditional"};
+enum class Use { kObserved, kOls, kPopulation, kConditional, kPredicted };
+constexpr std::array<std::string_view, 5> words_of(Use /*use*/) {
+  return {"observed", "ols", "population", "conditional", "pred"};
 }
+
+/// A column with the sizes of each tree that were not measured ("h, hcb"), if there are any. No
+/// header of a file has this name.
+inline constexpr char kAssumedColumn[] =
+    "\x1f"
+    "assumed";
 
 struct MorphologyTableOptions {
   /// kObserved reads h, hcb, cw and, if present, cr_e, cr_w, cr_s, cr_n and hc. The others
@@ -35,7 +41,7 @@ struct MorphologyTableOptions {
   /// For trees that are drawn as they are: dbh, hcb, cw and everything else of the shape except h
   /// are not read.
   bool only_height = false;
-  /// Reads `remains` (snag, stump or log; other texts: a living tree) and, if present, `decay`.
+  /// Reads `remains` (snag, stump, log or living; empty: living) and, if present, `decay`.
   bool dead_wood = false;
 };
 

@@ -34,6 +34,7 @@ class SpeciesMap {
 
  private:
   const Species* listed(const std::string& lower) const;
+  const Species* abbreviated(const std::string& lower) const;
 
   std::vector<Species> species_{};
   std::unordered_map<std::string, std::size_t> by_name_{};  ///< in lower case
