@@ -211,12 +211,12 @@ def test_simulated_responses_have_the_index(mixed, stands):
 def test_the_bootstrap_and_cross_validation_are_those_of_the_program(program, stands, stands_file):
     fit = sf.fit(FORMULA, stands, random="a | plot")
     theirs = json.loads(program("fit", stands_file, "--formula", FORMULA, "--random", "a | plot", "--json", "--quiet",
-                                "--bootstrap", "10", "--cross-validate", "4", "--seed", "3"))
-    ours = fit.bootstrap(10, seed=3, progress=False)
+                                "--bootstrap", "40", "--cross-validate", "4", "--seed", "3"))
+    ours = fit.bootstrap(40, seed=3, progress=False)
     for name, expected in theirs["bootstrap"]["parameters"].items():
         assert ours.parameters.loc[name, "se"] == pytest.approx(expected["se"], rel=1e-12)
         assert ours.parameters.loc[name, "basic_upper"] == pytest.approx(expected["basic"][1], rel=1e-12)
-    assert ours.values.shape == (10, len(ours.parameters))
+    assert ours.values.shape == (40, len(ours.parameters))
     folds = fit.cross_validate(4, seed=3, progress=False)
     assert folds.attrs["population"]["rmse"] == pytest.approx(theirs["cross_validation"]["population"]["rmse"], rel=1e-12)
     error = folds["observed"] - folds["predicted"]

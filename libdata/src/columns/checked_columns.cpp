@@ -71,9 +71,8 @@ void require_numeric(const Table& table, const std::vector<std::string>& variabl
       throw InputError(
           known == column.levels().end()
               ? std::string("has no numbers")
-              : fmt::format("is read as text, although it has numbers such as '{}': it "
-                            "is used as labels, too, or a row that is skipped has a "
-                            "text",
+              : fmt::format("holds texts such as '{}'; make them numbers (labels, and columns with "
+                            "a text in a row that is skipped, are texts)",
                             *known),
           {.file = table.file(), .column = name});
     }
