@@ -358,125 +358,128 @@ void run(const RenderArguments& arguments) {
   }
 }
 
-}  // namespace
-
-void add_render_command(CLI::App& program) {
-  const auto arguments = std::make_shared<RenderArguments>();
-  CLI::App& command =
-      *program.add_subcommand("render", "Render images of models and stands by ray tracing");
+void add_picture_options(CLI::App& command, RenderArguments& arguments) {
   command
       .add_option(
-          "models", arguments->models, "GLB or glTF files; several files make a contact sheet")
+          "models", arguments.models, "GLB or glTF files; several files make a contact sheet")
       ->type_name("MODEL.glb")
       ->required();
-  command.add_option("--out", arguments->out, "PNG file to write")
+  command.add_option("--out", arguments.out, "PNG file to write")
       ->type_name("FILE.png")
       ->required();
-  command.add_option("--size", arguments->size, "Width and height of each image in pixels")
+  command.add_option("--size", arguments.size, "Width and height of each image in pixels")
       ->type_name("WIDTHxHEIGHT")
       ->capture_default_str();
   command
       .add_option("--samples",
-                  arguments->options.samples,
+                  arguments.options.samples,
                   "Rays per pixel: more rays give less noise but take longer")
       ->capture_default_str();
   command
+      .add_option("--turntable",
+                  arguments.turntable,
+                  "Number of images around the model: FILE-000.png, FILE-001.png, ...")
+      ->check(CLI::Range(1, 10000))
+      ->type_name("N");
+  command
+      .add_option("--columns", arguments.columns, "Columns of a contact sheet (default: one row)")
+      ->check(CLI::Range(1, 10000))
+      ->type_name("N");
+  command.add_flag("--no-ground",
+                   arguments.without_ground,
+                   "No ground plane below models without a ground of their own");
+  command.add_flag("--transparent",
+                   arguments.options.is_transparent,
+                   "No sky and no ground plane: the background of the image is transparent");
+}
+
+void add_camera_options(CLI::App& command, RenderArguments& arguments) {
+  command
       .add_option("--camera",
-                  arguments->camera,
+                  arguments.camera,
                   "Position of the camera: azimuth from north, clockwise, and elevation [degrees]")
       ->type_name("AZIMUTH,ELEVATION")
       ->capture_default_str();
   command
       .add_option("--target",
-                  arguments->target,
+                  arguments.target,
                   "Point in the middle of the image, in the model's coordinates [m]; by default "
                   "the model fills the image")
       ->type_name("EAST,NORTH,UP");
-  CLI::Option* const target = command.get_option("--target");
+  command.add_option("--view",
+                     arguments.options.camera.view_deg,
+                     "Vertical field of view (35; walking 60) [degrees]");
+  command
+      .add_option("--zoom", arguments.options.camera.zoom, "Zoom factor; 2 is half the distance")
+      ->capture_default_str();
+}
+
+/// \param command  with the other options, some of which do nothing on a walk
+void add_walk_options(CLI::App& command, RenderArguments& arguments) {
   CLI::Option* const eye =
       command
           .add_option("--eye",
-                      arguments->eye,
+                      arguments.eye,
                       "Place of the eye, in the model's coordinates, and its height above the "
                       "ground there (default: 1.7) [m]: the view of a person who stands in the "
                       "forest, with a forest floor to the horizon and clouds")
-          ->type_name("EAST,NORTH[,UP]")
-          ->excludes(target);
+          ->type_name("EAST,NORTH[,UP]");
   command
       .add_option("--look",
-                  arguments->look,
+                  arguments.look,
                   "Azimuth of the view from there, clockwise from north, and elevation [degrees]")
       ->type_name("AZIMUTH[,ELEVATION]")
       ->needs(eye);
   CLI::Option* const path =
       command
           .add_option("--path",
-                      arguments->path,
+                      arguments.path,
                       "Frames of a walk, FILE-000.png, FILE-001.png, ...: a table with the columns "
                       "east, north, azimuth, and up and elevation if wanted")
           ->type_name("VIEWS.csv")
-          ->excludes(eye)
-          ->excludes(target);
-  // These place the camera around the model, or draw a plane below it.
-  command.get_option("--camera")->excludes(eye)->excludes(path);
+          ->excludes(eye);
   command.add_flag("--bare",
-                   arguments->is_bare,
+                   arguments.is_bare,
                    "With --eye or --path: no litter, grass, herbs and fallen branches");
-  CLI::Option* const view = command.add_option("--view",
-                                               arguments->options.camera.view_deg,
-                                               "Vertical field of view (35; walking 60) [degrees]");
-  command
-      .add_option("--zoom", arguments->options.camera.zoom, "Zoom factor; 2 is half the distance")
-      ->capture_default_str()
-      ->excludes(eye)
-      ->excludes(path);
-  CLI::Option* sun =
-      command.add_option("--sun", arguments->sun, "Azimuth and elevation of the sun [degrees]")
+  for (const char* const other :
+       {"--camera", "--target", "--zoom", "--turntable", "--no-ground", "--transparent"}) {
+    command.get_option(other)->excludes(eye)->excludes(path);
+  }
+}
+
+void add_sun_options(CLI::App& command, RenderArguments& arguments) {
+  CLI::Option* const sun =
+      command.add_option("--sun", arguments.sun, "Azimuth and elevation of the sun [degrees]")
           ->type_name("AZIMUTH,ELEVATION")
           ->capture_default_str();
-  CLI::Option* date = command
-                          .add_option("--date",
-                                      arguments->date,
-                                      "Time for the position of the sun at --place, instead of "
-                                      "--sun; UTC unless an offset is given")
-                          ->type_name("2023-06-21T15:00+08:00")
-                          ->excludes(sun);
-  command
-      .add_option("--place", arguments->place, "Latitude (north) and longitude (east) [degrees]")
+  CLI::Option* const date = command
+                                .add_option("--date",
+                                            arguments.date,
+                                            "Time for the position of the sun at --place, instead "
+                                            "of --sun; UTC unless an offset is given")
+                                ->type_name("2023-06-21T15:00+08:00")
+                                ->excludes(sun);
+  command.add_option("--place", arguments.place, "Latitude (north) and longitude (east) [degrees]")
       ->type_name("LATITUDE,LONGITUDE")
       ->needs(date);
-  command
-      .add_option("--turntable",
-                  arguments->turntable,
-                  "Number of images around the model: FILE-000.png, FILE-001.png, ...")
-      ->check(CLI::Range(1, 10000))
-      ->type_name("N")
-      ->excludes(eye)
-      ->excludes(path);
-  command
-      .add_option("--columns", arguments->columns, "Columns of a contact sheet (default: one row)")
-      ->check(CLI::Range(1, 10000))
-      ->type_name("N");
-  command
-      .add_flag("--no-ground",
-                arguments->without_ground,
-                "No ground plane below models without a ground of their own")
-      ->excludes(eye)
-      ->excludes(path);
-  command
-      .add_flag("--transparent",
-                arguments->options.is_transparent,
-                "No sky and no ground plane: the background of the image is transparent")
-      ->excludes(eye)
-      ->excludes(path);
+}
+
+}  // namespace
+
+void add_render_command(CLI::App& program) {
+  const auto arguments = std::make_shared<RenderArguments>();
+  CLI::App& command =
+      *program.add_subcommand("render", "Render images of models and stands by ray tracing");
+  add_picture_options(command, *arguments);
+  add_camera_options(command, *arguments);
+  add_walk_options(command, *arguments);
+  add_sun_options(command, *arguments);
   add_common_options(command, arguments->common);
   add_example(command, "silvafit render stand.glb --out stand.png --sun 240,30");
-  command.callback([arguments, view, eye, path] {
-    const bool walks = eye->count() + path->count() > 0;
-    if (arguments->is_bare && !walks) {
-      throw UsageError("needs --eye or --path", {.column = "--bare"});
-    }
-    if (walks && view->count() == 0) arguments->options.camera.view_deg = kWalkingView;
+  command.callback([arguments, &command] {
+    const bool walks = command.count("--eye") + command.count("--path") > 0;
+    refuse_idle(command, "--bare", walks, "--eye or --path");
+    if (walks && command.count("--view") == 0) arguments->options.camera.view_deg = kWalkingView;
     run(*arguments);
   });
 }

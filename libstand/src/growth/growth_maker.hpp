@@ -74,6 +74,8 @@ class GrowthMaker {
   void find_strata();
   void add_strata();
   void add_notes();
+  void note_if(std::size_t count, const std::string& text);
+  void note_odd_increments();
 
   const Inventory& inventory_;
   const StandReportOptions& options_;

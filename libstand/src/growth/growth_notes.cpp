@@ -53,76 +53,80 @@ void GrowthMaker::note_uncounted() {
                   data::list_of(places)));
 }
 
+void GrowthMaker::note_if(std::size_t count, const std::string& text) {
+  if (count > 0) report_.notes.push_back(text);
+}
+
 void GrowthMaker::add_notes() {
   note_missing();
   std::size_t not_found = 0;
-  std::vector<std::string> shrunk;
-  std::vector<std::string> too_fast;
-  std::vector<std::string> too_thin;
   std::string first_lost;
   for (const TreeGrowth& tree : report_.trees) {
-    const bool is_shrunk = tree.dbh_cm_per_year < 0.0;
-    const bool is_too_thin = tree.dbh_end_cm < (1.0 - kLargestLoss) * tree.dbh_start_cm;
-    if (is_shrunk || tree.dbh_cm_per_year > kFastestCmPerYear) {
-      (is_too_thin ? too_thin
-       : is_shrunk ? shrunk
-                   : too_fast)
-          .push_back(fmt::format("plot {}, tree {} ({} to {} cm, {} to {})",
-                                 tree.plot,
-                                 tree.tree,
-                                 tree.dbh_start_cm,
-                                 tree.dbh_end_cm,
-                                 tree.from,
-                                 tree.to));
-    }
     if (tree.fate == TreeFate::kNotFound && not_found++ == 0) {
       first_lost = fmt::format("plot {}, tree {}, {}", tree.plot, tree.tree, tree.to);
     }
   }
-  const auto note = [this](std::size_t count, const std::string& text) {
-    if (count > 0) report_.notes.push_back(text);
-  };
-  note(not_found,
-       fmt::format("{} no row at the end of a period and no status of death or cut: 'not found', "
-                   "the first: {}",
-                   counted(not_found, "tree has", "trees have"),
-                   first_lost));
-  note(
+  note_if(not_found,
+          fmt::format("{} no row at the end of a period and no status of death or cut: 'not "
+                      "found', the first: {}",
+                      counted(not_found, "tree has", "trees have"),
+                      first_lost));
+  note_if(
       interpolated_.size(),
       fmt::format("{} missing between two others of the same tree; dbh and height are interpolated",
                   counted(interpolated_.size(), "measurement is", "measurements are")));
-  note(revived_,
-       fmt::format("{} not used, the first: {}",
-                   counted(revived_, "status is", "statuses are"),
-                   first_revived_));
-  note(never_alive_,
-       fmt::format("{} not alive at any time and {} no growth",
-                   counted(never_alive_, "tree was", "trees were"),
-                   never_alive_ == 1 ? "has" : "have"));
-  note(renamed_.size(),
-       fmt::format("{} another species at the end of a period and {} for the first one: {}",
-                   counted(renamed_.size(), "tree has", "trees have"),
-                   renamed_.size() == 1 ? "counts" : "count",
-                   data::list_of(renamed_)));
-  note(too_fast.size(),
-       fmt::format("{} above {} cm per year, more than any tree grows, and kept: {}",
-                   counted(too_fast.size(), "dbh increment is", "dbh increments are"),
-                   kFastestCmPerYear,
-                   data::list_of(too_fast)));
-  note(too_thin.size(),
-       fmt::format("{} more than {:g} % of its dbh and {} for the same one: the number seems to be "
-                   "another tree's, which changes survivor growth, ingrowth and losses: {}",
-                   counted(too_thin.size(), "tree lost", "trees lost"),
-                   100.0 * kLargestLoss,
-                   too_thin.size() == 1 ? "counts" : "count",
-                   data::list_of(too_thin)));
-  note(
-      shrunk.size(),
-      fmt::format(
-          "{} negative and kept: errors of measurement, or bark that was lost{}: {}",
-          counted(shrunk.size(), "dbh increment is", "dbh increments are"),
-          2 * shrunk.size() > report_.trees.size() ? "; that is most of them: check the times" : "",
-          data::list_of(shrunk)));
+  note_if(revived_,
+          fmt::format("{} not used, the first: {}",
+                      counted(revived_, "status is", "statuses are"),
+                      first_revived_));
+  note_if(never_alive_,
+          fmt::format("{} not alive at any time and {} no growth",
+                      counted(never_alive_, "tree was", "trees were"),
+                      never_alive_ == 1 ? "has" : "have"));
+  note_if(renamed_.size(),
+          fmt::format("{} another species at the end of a period and {} for the first one: {}",
+                      counted(renamed_.size(), "tree has", "trees have"),
+                      renamed_.size() == 1 ? "counts" : "count",
+                      data::list_of(renamed_)));
+  note_odd_increments();
+}
+
+/// Increments that are negative, or larger than trees have.
+void GrowthMaker::note_odd_increments() {
+  std::vector<std::string> shrunk;
+  std::vector<std::string> too_fast;
+  std::vector<std::string> too_thin;
+  for (const TreeGrowth& tree : report_.trees) {
+    const bool is_shrunk = tree.dbh_cm_per_year < 0.0;
+    if (!is_shrunk && !(tree.dbh_cm_per_year > kFastestCmPerYear)) continue;
+    const bool is_too_thin = tree.dbh_end_cm < (1.0 - kLargestLoss) * tree.dbh_start_cm;
+    std::vector<std::string>& list = is_too_thin ? too_thin : is_shrunk ? shrunk : too_fast;
+    list.push_back(fmt::format("plot {}, tree {} ({} to {} cm, {} to {})",
+                               tree.plot,
+                               tree.tree,
+                               tree.dbh_start_cm,
+                               tree.dbh_end_cm,
+                               tree.from,
+                               tree.to));
+  }
+  note_if(too_fast.size(),
+          fmt::format("{} above {} cm per year, more than any tree grows, and kept: {}",
+                      counted(too_fast.size(), "dbh increment is", "dbh increments are"),
+                      kFastestCmPerYear,
+                      data::list_of(too_fast)));
+  note_if(too_thin.size(),
+          fmt::format("{} more than {:g} % of its dbh and {} for the same one: the number seems to "
+                      "be another tree's, which changes survivor growth, ingrowth and losses: {}",
+                      counted(too_thin.size(), "tree lost", "trees lost"),
+                      100.0 * kLargestLoss,
+                      too_thin.size() == 1 ? "counts" : "count",
+                      data::list_of(too_thin)));
+  const bool are_most = 2 * shrunk.size() > report_.trees.size();
+  note_if(shrunk.size(),
+          fmt::format("{} negative and kept: errors of measurement, or bark that was lost{}: {}",
+                      counted(shrunk.size(), "dbh increment is", "dbh increments are"),
+                      are_most ? "; that is most of them: check the times" : "",
+                      data::list_of(shrunk)));
 }
 
 }  // namespace silvafit::stand

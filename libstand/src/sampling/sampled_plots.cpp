@@ -47,29 +47,10 @@ StructuralUnits structural_units_of_sample(const Inventory& inventory,
   return units;
 }
 
-DesignStrata strata_of_plots(const PlotTable& plots,
-                             const std::vector<SampledArea>& areas,
-                             const std::map<std::string, double>& sizes_ha) {
-  DesignStrata result;
-  std::unordered_map<std::string, const PlotRecord*> by_name;
-  for (const PlotRecord& record : plots.plots) by_name.try_emplace(record.plot, &record);
-  std::vector<std::string> without;
-  std::set<std::string> named;
-  for (const SampledArea& area : areas) {
-    const auto found = by_name.find(area.name);
-    const std::string stratum = found == by_name.end() ? "" : found->second->stratum;
-    if (stratum.empty() && named.insert(area.name).second) without.push_back(area.name);
-    result.stratum_of_area.push_back(stratum);
-  }
-  const auto size_of = [&result](const PlotRecord& record) {
-    return result.are_weights ? record.stratum_weight : record.stratum_ha;
-  };
-  const auto has_area = [](const PlotRecord& record) { return !std::isnan(record.stratum_ha); };
-  const auto has_weight = [](const PlotRecord& record) {
-    return !std::isnan(record.stratum_weight);
-  };
-  result.are_weights =
-      std::ranges::none_of(plots.plots, has_area) && std::ranges::any_of(plots.plots, has_weight);
+namespace {
+
+/// The estimation unit of each stratum.
+void find_units(const PlotTable& plots, DesignStrata& result) {
   for (const PlotRecord& record : plots.plots) {
     if (record.stratum.empty()) continue;
     const auto [unit, is_new] =
@@ -85,6 +66,19 @@ DesignStrata strata_of_plots(const PlotTable& plots,
                       .column = "estimation_unit",
                       .plot = record.plot});
   }
+}
+
+/// The area, or the weight, of each stratum.
+void find_sizes(const PlotTable& plots, DesignStrata& result) {
+  const auto size_of = [&result](const PlotRecord& record) {
+    return result.are_weights ? record.stratum_weight : record.stratum_ha;
+  };
+  const auto has_area = [](const PlotRecord& record) { return !std::isnan(record.stratum_ha); };
+  const auto has_weight = [](const PlotRecord& record) {
+    return !std::isnan(record.stratum_weight);
+  };
+  result.are_weights =
+      std::ranges::none_of(plots.plots, has_area) && std::ranges::any_of(plots.plots, has_weight);
   for (const PlotRecord& record : plots.plots) {
     if (record.stratum.empty() || std::isnan(size_of(record))) continue;
     const auto [size, is_new] = result.sizes.try_emplace(record.stratum, size_of(record));
@@ -98,6 +92,26 @@ DesignStrata strata_of_plots(const PlotTable& plots,
                       .column = result.are_weights ? "stratum_weight" : "stratum_area",
                       .plot = record.plot});
   }
+}
+
+}  // namespace
+
+DesignStrata strata_of_plots(const PlotTable& plots,
+                             const std::vector<SampledArea>& areas,
+                             const std::map<std::string, double>& sizes_ha) {
+  DesignStrata result;
+  std::unordered_map<std::string, const PlotRecord*> by_name;
+  for (const PlotRecord& record : plots.plots) by_name.try_emplace(record.plot, &record);
+  std::vector<std::string> without;
+  std::set<std::string> named;
+  for (const SampledArea& area : areas) {
+    const auto found = by_name.find(area.name);
+    const std::string stratum = found == by_name.end() ? "" : found->second->stratum;
+    if (stratum.empty() && named.insert(area.name).second) without.push_back(area.name);
+    result.stratum_of_area.push_back(stratum);
+  }
+  find_units(plots, result);
+  find_sizes(plots, result);
   if (!sizes_ha.empty()) {
     result.sizes = sizes_ha;
     result.are_weights = false;

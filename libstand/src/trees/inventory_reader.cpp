@@ -286,6 +286,30 @@ void InventoryReader::find_plot_lines() {
   if (!std::ranges::is_sorted(lines)) inventory.plot_lines = std::move(lines);
 }
 
+/// Notes on a whole table, and the names of its columns.
+void InventoryReader::describe_table() {
+  Inventory& inventory = result_.inventory;
+  result_.notes = notes();
+  std::string similar_plots = describe_similar_labels(inventory.plot);
+  if (!similar_plots.empty()) result_.notes.push_back(std::move(similar_plots));
+  result_.recognized = recognized();
+  inventory.is_placed_by_subplots = plan_.is_placed_by_subplots;
+  inventory.area_column = plot_area_column(csv_.header());
+  for (std::size_t label = 0; label < kLabelCount; ++label) {
+    const Source& source = plan_.labels[label];
+    if (!source.field) continue;
+    inventory.label_columns.emplace(known_label(label).name, csv_.header()[*source.field]);
+  }
+  if (plan_.time_field) inventory.label_columns.emplace("time", csv_.header()[*plan_.time_field]);
+  // A status of `visits` is of several columns.
+  if (options_.keeps_measurements && plan_.status_field) {
+    const std::string& status = csv_.header()[*plan_.status_field];
+    if (mapping_to(status, options_.visits) == nullptr) {
+      inventory.label_columns.emplace("status", status);
+    }
+  }
+}
+
 CheckedInventory InventoryReader::read() {
   result_ = {};
   Inventory& inventory = result_.inventory;
@@ -327,25 +351,7 @@ CheckedInventory InventoryReader::read() {
   read_other_columns();
   count_findings();
   if (!is_whole) return std::move(result_);
-  result_.notes = notes();
-  std::string similar_plots = describe_similar_labels(inventory.plot);
-  if (!similar_plots.empty()) result_.notes.push_back(std::move(similar_plots));
-  result_.recognized = recognized();
-  inventory.is_placed_by_subplots = plan_.is_placed_by_subplots;
-  inventory.area_column = plot_area_column(csv_.header());
-  for (std::size_t label = 0; label < kLabelCount; ++label) {
-    const Source& source = plan_.labels[label];
-    if (!source.field) continue;
-    inventory.label_columns.emplace(known_label(label).name, csv_.header()[*source.field]);
-  }
-  if (plan_.time_field) inventory.label_columns.emplace("time", csv_.header()[*plan_.time_field]);
-  // A status of `visits` is of several columns.
-  if (options_.keeps_measurements && plan_.status_field) {
-    const std::string& status = csv_.header()[*plan_.status_field];
-    if (mapping_to(status, options_.visits) == nullptr) {
-      inventory.label_columns.emplace("status", status);
-    }
-  }
+  describe_table();
   return std::move(result_);
 }
 

@@ -84,6 +84,10 @@ class InventoryReader {
   void read_row(const std::vector<std::string_view>& fields,
                 InventoryRow& row,
                 std::size_t position);
+  void count_tally(const std::vector<std::string_view>& fields);
+  void read_expression_fields(const std::vector<std::string_view>& fields,
+                              InventoryRow& row,
+                              std::size_t position);
   double number_in(std::size_t position,
                    std::string_view field,
                    const std::string& column,
@@ -117,6 +121,7 @@ class InventoryReader {
   void refuse_unknown_visits() const;
   void find_plots_left_out();
   void find_plot_lines();
+  void describe_table();
   [[noreturn]] void refuse_empty(const std::string& excluded) const;
 
   InventoryOptions options_;

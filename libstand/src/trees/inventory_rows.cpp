@@ -116,6 +116,42 @@ void InventoryReader::find_missing_zeros(Measures& measures) {
   }
 }
 
+/// Rows that may stand for several trees.
+void InventoryReader::count_tally(const std::vector<std::string_view>& fields) {
+  double trees = 0.0;
+  if (plan_.tally_field && data::parse_number(data::trimmed(fields[*plan_.tally_field]), trees)) {
+    ++tally_rows_;
+    if (trees != 1.0) ++tally_others_;
+    if (trees > 1.0 && trees == std::floor(trees)) ++tally_several_;
+    if (trees == 0.0) ++tally_none_;
+  }
+}
+
+/// The columns of expressions, at the row's position in the block.
+void InventoryReader::read_expression_fields(const std::vector<std::string_view>& fields,
+                                             InventoryRow& row,
+                                             std::size_t position) {
+  for (std::size_t i = 0; i < plan_.expression_fields.size(); ++i) {
+    const ExpressionField& source = plan_.expression_fields[i];
+    if (!source.is_text) {
+      double& value = expression_numbers_[i][position];
+      value = number_in(source.field, fields[source.field], source.name, source.is_position, row);
+      require_direction(source, value);
+      if (source.is_distance && value < 0.0) {
+        throw InputError(
+            fmt::format("the distance {} is negative; leave unknown distances empty, or name their "
+                        "code with `missing`",
+                        value),
+            {.file = csv_.file(), .line = csv_.line(), .column = source.name});
+      }
+    } else if (is_missing(data::trimmed(fields[source.field]))) {
+      expression_texts_[i].append_missing();
+    } else {
+      expression_texts_[i].append(data::trimmed(fields[source.field]));
+    }
+  }
+}
+
 void InventoryReader::read_row(const std::vector<std::string_view>& fields,
                                InventoryRow& row,
                                std::size_t position) {
@@ -143,13 +179,7 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
     row.location += fmt::format("{}{}", row.location.empty() ? "" : "-", fields[field]);
   }
   if (plan_.status_field) row.status = data::trimmed(fields[*plan_.status_field]);
-  double trees = 0.0;
-  if (plan_.tally_field && data::parse_number(data::trimmed(fields[*plan_.tally_field]), trees)) {
-    ++tally_rows_;
-    if (trees != 1.0) ++tally_others_;
-    if (trees > 1.0 && trees == std::floor(trees)) ++tally_several_;
-    if (trees == 0.0) ++tally_none_;
-  }
+  count_tally(fields);
   row.status_words.clear();
   for (std::size_t i = 0; i < plan_.unread.size(); ++i) {
     const std::string* const word = unread_[i].find(data::trimmed(fields[plan_.unread[i]]));
@@ -163,25 +193,7 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
     const std::size_t field = *source.field;
     row.measures[i] = number_in(field, fields[field], source.text, is_position, row);
   }
-  for (std::size_t i = 0; i < plan_.expression_fields.size(); ++i) {
-    const ExpressionField& source = plan_.expression_fields[i];
-    if (!source.is_text) {
-      double& value = expression_numbers_[i][position];
-      value = number_in(source.field, fields[source.field], source.name, source.is_position, row);
-      require_direction(source, value);
-      if (source.is_distance && value < 0.0) {
-        throw InputError(
-            fmt::format("the distance {} is negative; leave unknown distances empty, or name their "
-                        "code with `missing`",
-                        value),
-            {.file = csv_.file(), .line = csv_.line(), .column = source.name});
-      }
-    } else if (is_missing(data::trimmed(fields[source.field]))) {
-      expression_texts_[i].append_missing();
-    } else {
-      expression_texts_[i].append(data::trimmed(fields[source.field]));
-    }
-  }
+  read_expression_fields(fields, row, position);
 }
 
 bool InventoryReader::read_block() {
