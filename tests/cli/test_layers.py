@@ -467,6 +467,12 @@ class Terrain(LayerTest):
         self.assertIn("the terrain is in degrees; convert it", said(self.translate("d.tif", "-a_srs", "EPSG:4326")))
         self.assertIn("not a GeoTIFF or an ASCII grid", said("trees.csv"))
         self.assertIn("has 2 bands; a terrain has one", said(self.translate("b.tif", "-b", "1", "-b", "1")))
+        feet = self.translate("feet.tif", "-a_srs", "EPSG:2264")
+        self.assertIn("the coordinates of the terrain are not in meters", said(feet))
+        lines = (self.folder / "terrain.asc").read_text(encoding="utf-8").splitlines()
+        self.write("code.asc", "\n".join([*lines[:6], "-32768 " + lines[6].split(" ", 1)[1], *lines[7:]]) + "\n")
+        self.assertIn("-32768 m is no elevation; if it means an unknown one, say so with gdal_translate -a_nodata -32768",
+                      said("code.asc"))
         away = self.translate("away.tif", "-a_ullr", "0", "10", "10", "0")
         self.assertIn("no tree is on the terrain away.tif, whose x is 0.1 to 9.9", said(away))
         layer_files.ogr2ogr("-f", "GPKG", self.folder / "trees.gpkg", self.folder / "trees.csv", "-oo",

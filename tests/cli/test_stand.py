@@ -187,6 +187,21 @@ class Stand(ProgramTest):
         result = self.run_json(*options, "--stratum-area", "A=10,all=5")
         self.assertEqual(result["strata"][-1]["area_ha"], 15)
 
+    def test_areas_that_change_or_contradict_are_named(self):
+        rows = "".join(f"1,{tree},{year},{20 + (year - 2010) / 5}\n" for tree in range(10) for year in (2010, 2015))
+        self.write("trees.csv", "plot,tree,year,dbh\n" + rows)
+        self.write("plots.csv", "plot,year,area\n1,2010,500\n1,2015,250\n")
+        growth = self.run_json("stand", "trees.csv", "--growth", "--plots", "plots.csv")
+        self.assertTrue(any("1 plot has another area at the end of a period, which changes values per hectare without growth" in note
+                            and "1 (500 m2 2010, 250 m2 2015)" in note for note in growth["notes"]))
+        self.write("plots.csv", "plot,year,area,stratum\n1,2010,500,A\n1,2015,500,B\n")
+        said = self.run_program("stand", "trees.csv", "--growth", "--plots", "plots.csv", status=3).stderr
+        self.assertIn("plots.csv:3: stratum: the plot belongs to two strata, 'A' and 'B'", said)
+        self.write("plots.csv", "plot,area\n1,500\n")
+        said = self.run_program("stand", "trees.csv", "--where", "year == 2010", "--circles", "5=5,30=12", "--plots", "plots.csv").stderr
+        self.assertIn("areas of the table of plots are not used: the circles have others for 1 plot, the first: "
+                      "plot 1: 500 m2, its largest circle 452.389 m2", said)
+
     def test_windows_in_the_feet_of_the_trees_are_asked_about(self):
         # A plot of 40 x 40 m in feet, of which x and y are converted.
         draw = random.Random(3)

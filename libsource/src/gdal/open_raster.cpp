@@ -21,6 +21,12 @@ namespace {
   throw InputError(reason, {.file = file});
 }
 
+/// Elevations of land, with some room: the Dead Sea is at -430 m, Mount Everest at 8849 m.
+constexpr double kLowestElevation = -500.0;
+constexpr double kHighestElevation = 9000.0;
+/// ASCII grids without another one have this value where there is none (Esri's format).
+constexpr double kNoneOfAsciiGrids = -9999.0;
+
 /// Meters in a unit of the raster's coordinates.
 double meters_per_unit_of(GDALDataset& dataset,
                           const std::string& file,
@@ -44,17 +50,31 @@ double meters_per_unit_of(GDALDataset& dataset,
                                 target->name));
     }
   }
-  return system->GetLinearUnits();
+  const double meters = system->GetLinearUnits();
+  if (meters != 1.0 && !target) {
+    refuse_raster(file,
+                  "the coordinates of the terrain are not in meters, as those of the trees are; "
+                  "convert it with gdalwarp -t_srs");
+  }
+  return meters;
 }
 
-void require_meters(GDALRasterBand& band, const std::string& file) {
+/// \param meters  in a unit of the coordinates; where these are in feet, elevations may be, too
+void require_meters(GDALRasterBand& band, double meters, const std::string& file) {
   const std::string_view unit = band.GetUnitType();
-  if (unit.empty() || unit == "m" || unit == "metre" || unit == "meter") return;
-  refuse_raster(file, fmt::format("the elevations are in '{}'; convert them to meters", unit));
+  const bool is_likely = unit.empty() && meters == 1.0;
+  if (is_likely || unit == "m" || unit == "metre" || unit == "meter") return;
+  refuse_raster(file,
+                unit.empty()
+                    ? "the elevations have no unit, and the coordinates are not in "
+                      "meters; if the elevations are, say so with gdal_edit -units m"
+                    : fmt::format("the elevations are in '{}'; convert them to meters", unit));
 }
 
 /// Values of the band in meters, NaN where there is none.
-std::vector<float> values_of_band(GDALRasterBand& band, const data::Raster& raster) {
+std::vector<float> values_of_band(GDALRasterBand& band,
+                                  bool is_ascii_grid,
+                                  const data::Raster& raster) {
   std::vector<float> values(raster.columns * raster.rows);
   const int columns = band.GetXSize();
   const int rows = band.GetYSize();
@@ -64,13 +84,24 @@ std::vector<float> values_of_band(GDALRasterBand& band, const data::Raster& rast
     refuse_raster(raster.file, "the terrain cannot be read");
   }
   int has_none = 0;
-  const double none = band.GetNoDataValue(&has_none);
+  double none = band.GetNoDataValue(&has_none);
+  if (has_none == 0 && is_ascii_grid) {
+    none = kNoneOfAsciiGrids;
+    has_none = 1;
+  }
   const double scale = band.GetScale();
   const double offset = band.GetOffset();
   for (float& value : values) {
     const bool is_none = has_none != 0 && value == static_cast<float>(none);
     value = is_none ? std::numeric_limits<float>::quiet_NaN()
                     : static_cast<float>(offset + scale * static_cast<double>(value));
+    if (value < kLowestElevation || value > kHighestElevation) {
+      refuse_raster(raster.file,
+                    fmt::format("{:g} m is no elevation; if it means an unknown one, say so with "
+                                "gdal_translate -a_nodata {:g}",
+                                value,
+                                value));
+    }
   }
   return values;
 }
@@ -115,8 +146,8 @@ data::Raster raster_with_gdal(const std::string& file,
                               band.GetYSize(),
                               1e-6 * kMostCells));
   }
-  require_meters(band, file);
   const double meters = meters_per_unit_of(*dataset, file, target);
+  require_meters(band, meters, file);
   data::Raster raster{.file = file,
                       .west = meters * (place[0] + 0.5 * place[1]),
                       .north = meters * (place[3] + 0.5 * place[5]),
@@ -124,7 +155,8 @@ data::Raster raster_with_gdal(const std::string& file,
                       .step_y = -meters * place[5],
                       .columns = static_cast<std::size_t>(band.GetXSize()),
                       .rows = static_cast<std::size_t>(band.GetYSize())};
-  raster.values = values_of_band(band, raster);
+  const bool is_ascii_grid = dataset->GetDriverName() == std::string_view("AAIGrid");
+  raster.values = values_of_band(band, is_ascii_grid, raster);
   if (messages.has_errors()) refuse_raster(file, "the terrain cannot be read without errors");
   return raster;
 }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "growth/growth_maker.hpp"
+#include "sampling/plot_areas.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/table.hpp"
@@ -341,6 +342,7 @@ GrowthParts GrowthMaker::parts_of_value(const Period& period,
 void GrowthMaker::add_plots() {
   const std::vector<TreeValue> of_tree = values();
   missing_.resize(of_tree.size());
+  std::vector<std::string> changed;
   for (const Period& period : periods_) {
     const MeasuredPlot& plot = plots_[period.plot];
     const Occasion& from = plot.occasions[period.occasion];
@@ -362,6 +364,14 @@ void GrowthMaker::add_plots() {
     if (is_known) {
       area_ha = start->second.area_m2 / kSquareMetersPerHectare;
       if (start->second.has_area) growth.area_ha = area_ha;
+      if (!is_same_area(start->second.area_m2, end->second.area_m2)) {
+        changed.push_back(fmt::format("{} ({:.6g} m2 {}, {:.6g} m2 {})",
+                                      plot.plot,
+                                      start->second.area_m2,
+                                      from.text,
+                                      end->second.area_m2,
+                                      to.text));
+      }
     }
     for (std::size_t i = 0; i < of_tree.size(); ++i) {
       GrowthParts parts;
@@ -377,6 +387,11 @@ void GrowthMaker::add_plots() {
     whole_ha_.push_back(is_part ? start->second.whole_m2 / kSquareMetersPerHectare : area_ha);
     report_.plots.push_back(std::move(growth));
   }
+  note_if(changed.size(),
+          fmt::format("{} another area at the end of a period, which changes values per hectare "
+                      "without growth (factor change, a part of the net change): {}",
+                      counted(changed.size(), "plot has", "plots have"),
+                      data::list_of(changed)));
 }
 
 void GrowthMaker::check_density() const {

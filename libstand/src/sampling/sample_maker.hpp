@@ -49,6 +49,7 @@ class SampleMaker {
   bool is_within(std::size_t tree, Origin origin, double radius_m) const;
   bool is_counted(std::size_t tree);
   void add_areas();
+  void note_unused_areas();
   void add_empty_plots();
   void add_complete_circles();
   double complete_radius_m(const PlotRecord* record) const;

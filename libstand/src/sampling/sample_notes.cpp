@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "sampling/plot_areas.hpp"
 #include "sampling/sample_maker.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
@@ -32,6 +33,30 @@ bool has_partial_plots(const PlotTable& plots) {
 }
 
 }  // namespace
+
+/// Areas of the table of plots beside circles, which have areas of their own.
+void SampleMaker::note_unused_areas() {
+  if (design_.circles.empty()) return;
+  std::size_t others = 0;
+  std::string first;
+  for (std::size_t code = 0; code < records_.size(); ++code) {
+    const PlotRecord* const record = records_[code];
+    if (record == nullptr) continue;
+    const double recorded = recorded_area_m2(*record, design_.subplots, design_.plots->file);
+    const double area = plot_area_m2(record);
+    if (std::isnan(recorded) || is_same_area(recorded, area) || others++ > 0) continue;
+    first = fmt::format("plot {}: {:.6g} m2, its largest circle {:.6g} m2",
+                        inventory_.plot.levels()[code],
+                        recorded,
+                        area);
+  }
+  if (others == 0) return;
+  sample_.notes.push_back(
+      fmt::format("areas of the table of plots are not used: the circles have others for {}, the "
+                  "first: {}; parts of plots are the column share",
+                  counted(others, "plot", "plots"),
+                  first));
+}
 
 void SampleMaker::note_unmatched() {
   std::vector<std::string> without_row;

@@ -101,7 +101,13 @@ DesignStrata strata_of_plots(const PlotTable& plots,
                              const std::map<std::string, double>& sizes_ha) {
   DesignStrata result;
   std::unordered_map<std::string, const PlotRecord*> by_name;
-  for (const PlotRecord& record : plots.plots) by_name.try_emplace(record.plot, &record);
+  for (const PlotRecord& record : plots.plots) {
+    const PlotRecord& known = *by_name.try_emplace(record.plot, &record).first->second;
+    if (known.stratum == record.stratum) continue;
+    throw InputError(
+        fmt::format("the plot belongs to two strata, '{}' and '{}'", known.stratum, record.stratum),
+        {.file = plots.file, .line = record.line, .column = "stratum", .plot = record.plot});
+  }
   std::vector<std::string> without;
   std::set<std::string> named;
   for (const SampledArea& area : areas) {

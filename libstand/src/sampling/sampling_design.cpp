@@ -255,6 +255,7 @@ void SampleMaker::add_areas() {
     sample_.represented[tree] = per_ha_of_whole_plot(tree, record) / slope_cosine(record) *
                                 area.whole_m2 / kSquareMetersPerHectare;
   }
+  note_unused_areas();
   const std::vector<std::string> unknown = take_unknown_plots(inventory_, false, sample_.areas);
   if (unknown.empty()) return;
   sample_.notes.push_back(
