@@ -10,6 +10,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/table.hpp"
+#include "trees/measurement_time.hpp"
 
 namespace silvafit::stand {
 
@@ -57,8 +58,26 @@ void GrowthMaker::note_if(std::size_t count, const std::string& text) {
   if (count > 0) report_.notes.push_back(text);
 }
 
+/// Periods whose length is known to a year only, although one end is a date.
+void GrowthMaker::note_years_beside_dates() {
+  std::vector<std::string> mixed;
+  for (const Period& period : periods_) {
+    const MeasuredPlot& plot = plots_[period.plot];
+    const Occasion& from = plot.occasions[period.occasion];
+    const Occasion& to = plot.occasions[period.occasion + 1];
+    if (is_year(from.years) == is_year(to.years)) continue;
+    mixed.push_back(fmt::format("plot {} ({} to {})", plot.plot, from.text, to.text));
+  }
+  note_if(mixed.size(),
+          fmt::format("{} between a year and a date; a year counts as its 1 January, so that "
+                      "values per year may be wrong by those of a year: {}",
+                      counted(mixed.size(), "period is", "periods are"),
+                      data::list_of(mixed)));
+}
+
 void GrowthMaker::add_notes() {
   note_missing();
+  note_years_beside_dates();
   std::size_t not_found = 0;
   std::string first_lost;
   for (const TreeGrowth& tree : report_.trees) {

@@ -24,7 +24,7 @@ void OddValues::add(std::string_view name,
     if (values[row] > beyond.largest) {
       beyond.next = std::exchange(beyond.largest, values[row]);
       beyond.place = place_of(row);
-    } else if (values[row] > beyond.next && values[row] < beyond.largest) {
+    } else if (values[row] > beyond.next) {
       beyond.next = values[row];
     }
     if (!(values[row] > column->range.largest) || beyond.count++ > 0) continue;

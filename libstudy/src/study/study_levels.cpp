@@ -285,21 +285,45 @@ std::vector<Trial> random_effect_trials(const fit::FittedModel& fixed,
   return trials;
 }
 
+namespace {
+
+/// A trial with random effects of several groupings, whose texts are its terms.
+Trial with_random_terms(Trial trial, std::vector<fit::RandomEffects> terms, bool are_crossed) {
+  trial.terms.clear();
+  for (fit::RandomEffects& term : terms) {
+    term.is_crossed = are_crossed;
+    trial.terms.push_back(fmt::format("{} | {}", term.text(), term.group_text()));
+  }
+  trial.specification.random = std::move(terms);
+  return trial;
+}
+
+}  // namespace
+
 std::vector<Trial> added_term_trials(const Candidate& mixed,
                                      const fit::RandomEffects& added,
                                      std::size_t largest) {
+  const std::vector<fit::RandomEffects>& known = mixed.fit.specification.random;
   std::vector<Trial> trials;
   for (Trial& trial : random_effect_trials(mixed.fit, added.group, largest)) {
-    std::vector<fit::RandomEffects> terms = mixed.fit.specification.random;
+    std::vector<fit::RandomEffects> terms = known;
     terms.push_back(added);
-    terms.back().coefficients = trial.specification.random.front().coefficients;
-    trial.terms.clear();
-    for (fit::RandomEffects& term : terms) {
-      term.is_crossed = added.is_crossed || fit::are_crossed(mixed.fit.specification.random);
-      trial.terms.push_back(fmt::format("{} | {}", term.text(), term.group_text()));
-    }
-    trial.specification.random = std::move(terms);
-    trials.push_back(std::move(trial));
+    terms.back().coefficients = trial.terms;
+    trials.push_back(with_random_terms(
+        std::move(trial), std::move(terms), added.is_crossed || fit::are_crossed(known)));
+  }
+  return trials;
+}
+
+std::vector<Trial> exchanged_term_trials(const Candidate& mixed, std::size_t largest) {
+  const std::vector<fit::RandomEffects>& known = mixed.fit.specification.random;
+  std::vector<Trial> trials;
+  if (known.size() < 2) return trials;
+  for (Trial& trial : random_effect_trials(mixed.fit, known.front().group, largest)) {
+    std::vector<fit::RandomEffects> terms = known;
+    terms.front().coefficients = trial.terms;
+    trials.push_back(
+        with_random_terms(std::move(trial), std::move(terms), fit::are_crossed(known)));
   }
   return trials;
 }

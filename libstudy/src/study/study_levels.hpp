@@ -55,6 +55,10 @@ std::vector<Trial> added_term_trials(const Candidate& mixed,
                                      const fit::RandomEffects& added,
                                      std::size_t largest);
 
+/// A mixed model of several groupings with random effects of the first one on every subset of
+/// coefficients up to a size; none of a model with one grouping. Terms as in added_term_trials().
+std::vector<Trial> exchanged_term_trials(const Candidate& mixed, std::size_t largest);
+
 /// The chosen mixed model with each variance function, none first. They start from its fit, which
 /// must remain in memory during the fits.
 std::vector<Trial> variance_trials(const Candidate& mixed,

@@ -313,34 +313,25 @@ void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCa
   }
 }
 
-/// Adds random effects of a further grouping to the chosen ones. Those of trees are added to all of
-/// the plots' candidates: without them, differences between trees may have been taken for those of
-/// a coefficient between plots. Every combination of the others would be too many fits.
-/// \param added    see added_term_trials
-/// \param largest  number of coefficients with the added effects
-void run_added_term(const std::string& name,
-                    const fit::RandomEffects& added,
-                    std::size_t largest,
-                    std::vector<Work>& works,
-                    Study& study,
-                    const ProgressCallback& progress) {
+using TrialsOf = std::function<std::vector<Trial>(std::size_t work, const Candidate& candidate)>;
+
+/// Random effects of several groupings, beside the candidates so far.
+/// \param trials_of  a candidate; those that were candidates already are not fitted again
+void run_further_terms(const std::string& name,
+                       const TrialsOf& trials_of,
+                       std::vector<Work>& works,
+                       Study& study,
+                       const ProgressCallback& progress) {
   LevelFits level(name, works, study.options.criteria.random, study.options.group);
   for (std::size_t i = 0; i < works.size(); ++i) {
-    if (added.group == kTree) {
-      if (!works[i].has_repeated_trees()) continue;
-      if (works[i].is_sampled()) {
-        works[i].result.notes.emplace_back(
-            "Trees have no random effects of their own: a sample of the trees was compared, in "
-            "which "
-            "few are repeated (\"compared_trees\": 0 compares all).");
-        continue;
-      }
-    }
-    for (const Candidate& candidate : works[i].result.random) {
-      const bool is_extended =
-          candidate.chosen || (added.group == kTree && candidate.fit.convergence.converged());
-      if (!is_extended || !works[i].result.nlme) continue;
-      level.add(i, added_term_trials(candidate, added, largest));
+    const std::vector<Candidate>& known = works[i].result.random;
+    if (!works[i].result.nlme) continue;
+    for (const Candidate& candidate : known) {
+      std::vector<Trial> trials = trials_of(i, candidate);
+      std::erase_if(trials, [&known](const Trial& trial) {
+        return std::ranges::find(known, trial.terms, &Candidate::terms) != known.end();
+      });
+      level.add(i, std::move(trials));
     }
   }
   level.run(study.options.threads, progress, study.stages);
@@ -361,22 +352,45 @@ void run_added_term(const std::string& name,
   }
 }
 
-/// With repeated measurements: the trees, which have an effect on one coefficient, and the periods
-/// of each plot. Beside the variance between trees, that between periods may be too small to be
-/// found.
+/// The trees' own effect on one coefficient, beside all candidates of the plots: without it,
+/// differences between trees may have been taken for those of a coefficient between plots.
+void run_tree_effects(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
+  fit::RandomEffects of_trees{.group = kTree, .within = {study.options.group}, .is_crossed = true};
+  // Numbers of trees may begin again in each plot.
+  if (study.options.group != "plot") of_trees.within.emplace_back("plot");
+  for (Work& work : works) {
+    if (!work.has_repeated_trees() || !work.is_sampled()) continue;
+    work.result.notes.emplace_back(
+        "Trees have no random effects of their own: a sample of the trees was compared, in which "
+        "few are repeated (\"compared_trees\": 0 compares all).");
+  }
+  const auto trials_of = [&](std::size_t work, const Candidate& candidate) {
+    const bool has_effects = works[work].has_repeated_trees() && !works[work].is_sampled() &&
+                             candidate.fit.convergence.converged();
+    return has_effects ? added_term_trials(candidate, of_trees, 1) : std::vector<Trial>();
+  };
+  run_further_terms("random effects of trees", trials_of, works, study, progress);
+}
+
+/// With repeated measurements: the trees, the periods of each plot, and the plots again, whose
+/// effects were chosen without the others. Every combination would be too many fits. Beside the
+/// variance between trees, that between periods may be too small to be found.
 void run_repeated(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
   const StudyOptions& options = study.options;
   if (options.period.empty()) return;
-  fit::RandomEffects of_trees{.group = kTree, .within = {options.group}, .is_crossed = true};
-  // Numbers of trees may begin again in each plot.
-  if (options.group != "plot") of_trees.within.emplace_back("plot");
-  run_added_term("random effects of trees", of_trees, 1, works, study, progress);
-  run_added_term("random effects of periods",
-                 {.group = options.period, .within = {options.group}},
-                 options.maximum_random_effects,
-                 works,
-                 study,
-                 progress);
+  run_tree_effects(works, study, progress);
+  const fit::RandomEffects of_periods{.group = options.period, .within = {options.group}};
+  const auto with_periods = [&](std::size_t /*work*/, const Candidate& candidate) {
+    return candidate.chosen
+               ? added_term_trials(candidate, of_periods, options.maximum_random_effects)
+               : std::vector<Trial>();
+  };
+  run_further_terms("random effects of periods", with_periods, works, study, progress);
+  const auto of_plots = [&](std::size_t /*work*/, const Candidate& candidate) {
+    return candidate.chosen ? exchanged_term_trials(candidate, options.maximum_random_effects)
+                            : std::vector<Trial>();
+  };
+  run_further_terms("random effects of plots again", of_plots, works, study, progress);
 }
 
 void note_boundary_fits(std::vector<Work>& works) {
