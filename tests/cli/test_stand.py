@@ -187,6 +187,18 @@ class Stand(ProgramTest):
         result = self.run_json(*options, "--stratum-area", "A=10,all=5")
         self.assertEqual(result["strata"][-1]["area_ha"], 15)
 
+    def test_plots_of_dead_trees_are_empty_however_these_are_used(self):
+        draw = random.Random(2)
+        rows = [f"{plot},{tree},{20 + tree},{'dead' if plot > 6 else 'alive'},{draw.uniform(0, 22):.2f},{draw.uniform(0, 22):.2f}"
+                for plot in range(1, 9) for tree in range(9)]
+        self.write("dead.csv", "plot,tree,dbh,status,x,y\n" + "\n".join(rows) + "\n")
+        # 9 trees on 0.05 ha in 6 of 8 plots.
+        for how in ("leave-out", "neighbors"):
+            stand = self.run_json("stand", "dead.csv", "--plot-area", "500", "--dead", how)
+            self.assertEqual(len(stand["areas"]), 8)
+            self.assertAlmostEqual(stand["all"]["stems_per_ha"], 135, places=6)
+            self.assertFalse(any("outside" in note for note in stand["notes"]))
+
     def test_areas_that_change_or_contradict_are_named(self):
         rows = "".join(f"1,{tree},{year},{20 + (year - 2010) / 5}\n" for tree in range(10) for year in (2010, 2015))
         self.write("trees.csv", "plot,tree,year,dbh\n" + rows)

@@ -3,7 +3,9 @@
 
 import csv
 import json
+import math
 import os
+import random
 import subprocess
 import unittest
 from pathlib import Path
@@ -77,6 +79,46 @@ SETTINGS = {"species": ["SM"], "minimum_trees": 50, "responses": ["h"], "covaria
             "criteria": dict.fromkeys(("base", "covariates", "random", "variance"), "aicc"), "tests": "shown",
             "columns": dict(part.split("=") for part in COLUMNS.split(",")), "window": None, "edge": "none",
             "buffer": 2.5, "alpha": ["70", "SM=60"], "dominance": "h", "neighbors": 3, "trust_units": True}
+
+
+class CovariatesOfPlots(ProgramTest):
+    def test_are_doubtful_where_only_independent_trees_would_tell(self):
+        # An elevation of each plot that has no effect, beside limits of plots that differ by 2 m.
+        draw = random.Random(2)
+        rows = ["plot,tree,species,dbh,h,elev,age"]
+        for plot in range(12):
+            limit, elev = 26 + draw.gauss(0, 2), draw.uniform(100, 400)
+            for tree in range(20):
+                dbh = draw.uniform(8, 45)
+                h = 1.3 + limit * (1 - math.exp(-0.06 * dbh)) + draw.gauss(0, 1)
+                rows.append(f"{plot},{tree},A,{dbh:.1f},{h:.2f},{elev:.0f},{'' if tree else 50 + tree}")
+        self.write("trees.csv", "\n".join(rows) + "\n")
+        study = ("study", "trees.csv", "--responses", "h", "--minimum-trees", "50", "--out", "out")
+        result = self.run_json(*study, "--covariates", "elev")["results"][0]
+        self.assertEqual(result["covariates"], "a ~ 1 + elev")
+        self.assertFalse(result["sound"])
+        self.assertTrue(any(doubt.startswith("Covariates with one value in each plot were chosen as if trees were independent")
+                            and "elev (p = 0.5)" in doubt for doubt in result["doubts"]))
+
+    def test_what_trees_lack_is_called_by_its_name(self):
+        self.write("trees.csv", stand_csv())
+        lines = stand_csv().splitlines()
+        rows = [line + (f",{40 + row % 30}" if row % 3 else ",") for row, line in enumerate(lines[1:])]
+        self.write("aged.csv", "\n".join([lines[0] + ",age", *rows]) + "\n")
+        study = self.run_json("study", "aged.csv", "--covariates", "age", "--minimum-trees", "30", "--out", "out")
+        notes = [note for result in study["results"] for note in result["notes"]]
+        self.assertTrue(any(note.endswith("trees without age were excluded.") for note in notes))
+        study = self.run_json("study", "trees.csv", "--covariates", "stems_per_ha,BAL", "--out", "out")
+        self.assertTrue(any("needs" in note and "which the inventory does not have" in note for note in study["notes"]))
+
+    def test_required_tests_hold_beside_a_criterion(self):
+        self.write("trees.csv", stand_csv())
+        self.run_program("study", "trees.csv", "--criterion", "bic", "--tests", "required", "--significance", "0.01", "--out", "out")
+        options = json.loads((self.folder / "out" / "run.json").read_text(encoding="utf-8"))["options"]
+        self.assertEqual((options["tests"], options["significance"]), ("required", 0.01))
+        self.run_program("study", "trees.csv", "--criterion", "bic", "--out", "out")
+        options = json.loads((self.folder / "out" / "run.json").read_text(encoding="utf-8"))["options"]
+        self.assertEqual(options["tests"], "shown")
 
 
 class Settings(ProgramTest):

@@ -139,8 +139,9 @@ void ReportMaker::count_trees_left_out(const Inventory& inventory,
     if (area.trees.empty()) ++empty_;
   }
   for (std::size_t tree = 0; tree < inventory.size(); ++tree) {
-    // A note of the inventory is about those without dbh.
-    if (is_in_area[tree] != 0 || std::isnan(inventory.dbh_cm[tree])) continue;
+    // Notes of the inventory are about those without dbh, and the dead ones.
+    const bool is_noted = inventory.is_neighbor_only(tree) || std::isnan(inventory.dbh_cm[tree]);
+    if (is_in_area[tree] != 0 || is_noted) continue;
     const bool has_position = inventory.has_coordinates() && !std::isnan(inventory.x[tree]) &&
                               !std::isnan(inventory.y[tree]);
     ++(has_position ? outside_ : without_position_);

@@ -88,15 +88,24 @@ void ReportMaker::note_dense_plots() {
 
 /// Plots whose trees are all dead or cut count where their area is known.
 void ReportMaker::note_plots_without_trees() {
-  if (plots_without_trees_.empty()) return;
-  const auto& windows = options_.units.windows;
-  const bool is_counted =
-      sample_ != nullptr || options_.plot_area_m2 ||
-      std::ranges::find(windows, kEveryPlot, &NamedWindow::plot) != windows.end();
-  note({fmt::format("{} no living tree and {}: {}",
-                    counted(plots_without_trees_.size(), "plot has", "plots have"),
-                    is_counted ? "counts as empty" : "is not counted, because its area is unknown",
-                    data::list_of(plots_without_trees_))});
+  std::vector<std::string> unknown;
+  std::vector<std::string> counted_ones;
+  for (const std::string& plot : plots_without_trees_) {
+    const bool is_counted = std::ranges::any_of(
+        report_.areas, [&plot](const AreaReport& one) { return one.area.name == plot; });
+    (is_counted ? counted_ones : unknown).push_back(plot);
+  }
+  const auto say = [this](const std::vector<std::string>& plots, std::string_view what) {
+    if (plots.empty()) return;
+    note({fmt::format("{} no living tree and {}: {}",
+                      counted(plots.size(), "plot has", "plots have"),
+                      what,
+                      data::list_of(plots))});
+  };
+  say(counted_ones, counted_ones.size() == 1 ? "counts as empty" : "count as empty");
+  say(unknown,
+      unknown.size() == 1 ? "is not counted, because its area is unknown"
+                          : "are not counted, because their areas are unknown");
 }
 
 void ReportMaker::note_trees_left_out() {

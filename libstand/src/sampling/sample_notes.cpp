@@ -44,7 +44,9 @@ void SampleMaker::note_unused_areas() {
     if (record == nullptr) continue;
     const double recorded = recorded_area_m2(*record, design_.subplots, design_.plots->file);
     const double area = plot_area_m2(record);
-    if (std::isnan(recorded) || is_same_area(recorded, area) || others++ > 0) continue;
+    const bool is_same =
+        is_same_area(recorded, area) || is_same_area(recorded, area * slope_cosine(record));
+    if (std::isnan(recorded) || is_same || others++ > 0) continue;
     first = fmt::format("plot {}: {:.6g} m2, its largest circle {:.6g} m2",
                         inventory_.plot.levels()[code],
                         recorded,

@@ -119,6 +119,10 @@ DesignStrata strata_of_plots(const PlotTable& plots,
   find_units(plots, result);
   find_sizes(plots, result);
   if (!sizes_ha.empty()) {
+    if (!result.sizes.empty() && (result.are_weights || result.sizes != sizes_ha)) {
+      result.notes.emplace_back(
+          "areas of strata are those of `stratum_area`, not those of the table of plots");
+    }
     result.sizes = sizes_ha;
     result.are_weights = false;
   }

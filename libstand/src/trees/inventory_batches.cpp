@@ -41,7 +41,9 @@ std::optional<data::TableParts> InventoryReader::parts(std::size_t rows) {
     if (has_condition) csv_ = data::CsvReader(prepared_.table, options_.missing);
     return std::nullopt;
   }
-  if (has_condition) prepared_.note = "rows are chosen, by the condition " + options_.where;
+  if (has_condition)
+    prepared_.note = "rows are chosen, by the condition " + options_.where +
+                     ", and plots without such a row do not count; `by` keeps them";
   if (!is_of_rows) {
     wanted.group = plot.joined;
     if (plot.field) wanted.group.push_back(*plot.field);

@@ -164,6 +164,20 @@ void refuse_unconverted(const Inventory& inventory, const PlotWindows& windows) 
       {.file = inventory.file, .column = "x"});
 }
 
+/// Plots all of whose trees are dead and neighbors only; those without a dbh may be alive.
+std::vector<std::string> plots_of_dead(const Inventory& inventory) {
+  std::vector<char> may_live(inventory.plot.levels().size(), 0);
+  for (std::size_t tree = 0; tree < inventory.size(); ++tree) {
+    const bool is_dead = inventory.is_neighbor_only(tree) && !std::isnan(inventory.dbh_cm[tree]);
+    if (!is_dead) may_live[inventory.plot.code(tree)] = 1;
+  }
+  std::vector<std::string> plots;
+  for (std::size_t code = 0; code < may_live.size(); ++code) {
+    if (may_live[code] == 0) plots.push_back(inventory.plot.levels()[code]);
+  }
+  return plots;
+}
+
 }  // namespace
 
 void refuse_shared_window(std::size_t plots) {
@@ -244,6 +258,7 @@ std::vector<SampledArea> sampled_areas(const Inventory& inventory, double plot_a
                      {.column = "`plot_area`"});
   }
   std::vector<SampledArea> areas = plots_of_unknown_area(inventory);
+  for (const std::string& plot : plots_of_dead(inventory)) areas.push_back({.name = plot});
   for (const std::string& plot : inventory.plots_without_trees) areas.push_back({.name = plot});
   for (SampledArea& area : areas) area.area_m2 = plot_area_m2;
   return areas;

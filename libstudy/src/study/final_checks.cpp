@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <map>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -195,9 +198,49 @@ void note_outlying_plots(ResponseStudy& result) {
   if (!note.empty()) result.notes.push_back(note);
 }
 
+bool is_constant_within(const std::string& column,
+                        const data::Table& table,
+                        const ResponseStudy& result) {
+  const data::TextColumn groups = table.labels(result.group);
+  const auto values = table.numbers(column);
+  std::map<std::uint32_t, double> value_of;
+  return std::ranges::all_of(result.rows, [&](std::size_t row) {
+    return value_of.try_emplace(groups.code(row), values[row]).first->second == values[row];
+  });
+}
+
+/// Level 2 takes trees as independent, of which a covariate with one value in each plot has too few
+/// to be tested so: the test of the mixed model holds.
+void doubt_covariates_of_plots(ResponseStudy& result,
+                               const data::Table& table,
+                               double significance) {
+  if (!result.nlme || !table.has(result.group)) return;
+  const fit::FittedModel& fit = result.nlme->fit;
+  const VectorXd p = fit.p_values();
+  std::set<std::string> doubtful;
+  for (const fit::ParameterModel& parameter : fit.specification.parameters) {
+    for (const fit::Covariate& covariate : parameter.covariates) {
+      const auto name =
+          std::ranges::find(fit.coefficient_names, parameter.coefficient_name(covariate));
+      const bool is_column = table.has(covariate.label) && table.is_numeric(covariate.label);
+      if (!is_column || name == fit.coefficient_names.end()) continue;
+      const double own = p[name - fit.coefficient_names.begin()];
+      if (!(own > significance) || !is_constant_within(covariate.label, table, result)) continue;
+      doubtful.insert(fmt::format("{} (p = {:.2g})", covariate.label, own));
+    }
+  }
+  if (doubtful.empty()) return;
+  result.doubts.push_back(
+      fmt::format("Covariates with one value in each {} were chosen as if trees were independent, "
+                  "and are not significant in the mixed model: {}. Leave them out.",
+                  result.group,
+                  fmt::join(doubtful, ", ")));
+}
+
 }  // namespace
 
-void check_final_model(ResponseStudy& result, const data::Table& table) {
+void check_final_model(ResponseStudy& result, const data::Table& table, double significance) {
+  doubt_covariates_of_plots(result, table, significance);
   doubt_useless_curve(result);
   check_outlying_trees(result, table);
   note_outlying_plots(result);

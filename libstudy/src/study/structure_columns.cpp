@@ -147,6 +147,8 @@ std::vector<std::string> names_in(const std::string& text) {
 
 }  // namespace
 
+bool is_plot_value_name(std::string_view name) { return plot_column(name) != nullptr; }
+
 bool is_structure_name(std::string_view name) {
   return is_unit_name(name) || find_word<stand::FurtherIndex>(name).has_value() ||
          plot_column(name) != nullptr;

@@ -10,6 +10,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/name_list.hpp"
+#include "silvafit/study/structure_columns.hpp"
 #include "study/study_work.hpp"
 
 namespace silvafit::study {
@@ -76,7 +77,13 @@ void note_covariates(const data::Table& table, Study& study) {
       study.notes.push_back(fmt::format("{} holds text and is not used as a covariate.", name));
     } else if (has_units || covariates != StudyOptions{}.covariates) {
       study.notes.push_back(
-          fmt::format("The inventory has no column {}; it is not used as a covariate.", name));
+          is_structure_name(name)
+              ? fmt::format("{} needs {}, which the inventory does not have; it is not used as a "
+                            "covariate.",
+                            name,
+                            is_plot_value_name(name) ? "the areas of plots" : "positions of trees")
+              : fmt::format("The inventory has no column {}; it is not used as a covariate.",
+                            name));
     }
   }
 }
@@ -169,7 +176,7 @@ Study run_study(const data::Table& table,
   small.note(options.minimum_trees, study);
   run_stages(works, study, progress);
   for (Work& work : works) {
-    check_final_model(work.result, table);
+    check_final_model(work.result, table, options.significance);
     study.results.push_back(std::move(work.result));
   }
   return study;

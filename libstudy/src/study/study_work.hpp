@@ -68,7 +68,7 @@ Work prepared(const data::Table& table,
 /// Adds doubts about a model that explains nothing, or whose residual variance is that of a few
 /// trees, and notes on outlying trees and plots, and on neighbors whose residuals are alike.
 /// \param table  the inventory, of which the result has rows
-void check_final_model(ResponseStudy& result, const data::Table& table);
+void check_final_model(ResponseStudy& result, const data::Table& table, double significance);
 
 /// Runs the three levels and the cross-validation of the chosen models; fills in the results of the
 /// works, and the study's stages.

@@ -61,6 +61,10 @@ std::string origin_of(const std::string& name,
                       const data::Table& table) {
   if (!is_structure_name(name)) return "";
   const std::vector<std::string> computable = structure_names_in(needed, table);
+  if (computable.empty() && is_plot_value_name(name)) {
+    return ". It is a value of the plot, from the dbh of its trees and its area; the "
+           "predictions.csv of a study contains it";
+  }
   if (computable.empty()) {
     return ". It is a structural index: `silvafit indices` computes it from x, y and dbh; the "
            "predictions.csv of a study contains it";

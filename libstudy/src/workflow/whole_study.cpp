@@ -236,13 +236,15 @@ std::string study_configuration_for(const data::TableSource& inventory,
 }
 
 ordered_json json_of(const StudyRecord& record, const std::filesystem::path& folder) {
+  std::vector<std::string> notes = record.inventory.notes;
+  notes.insert(notes.end(), record.study.notes.begin(), record.study.notes.end());
   ordered_json summary{{"schema", "silvafit-study/1"},
                        {"silvafit", record.version},
                        {"out", folder.string()},
                        {"report", (folder / "report.html").string()},
                        {"fits", record.study.fit_count()},
                        {"recognized", record.inventory.recognized},
-                       {"notes", record.study.notes},
+                       {"notes", notes},
                        {"results", ordered_json::array()}};
   for (const ResponseStudy& result : record.study.results) {
     summary["results"].push_back(result_json(result));

@@ -15,6 +15,8 @@ namespace silvafit::study {
 /// Hegyi, BAL, CCF, core (0 or 1) and weight. Of its plot: stems_per_ha, basal_area_per_ha [m2],
 /// quadratic_mean_dbh [cm] and dominant_height [m].
 bool is_structure_name(std::string_view name);
+/// Whether it is a value of a plot per hectare, or a mean of its trees, which needs its area.
+bool is_plot_value_name(std::string_view name);
 
 /// Whether it is computed of a tree's neighbors, not of all trees.
 bool is_of_neighbors(std::string_view name);
