@@ -206,6 +206,11 @@ class Stand(ProgramTest):
         growth = self.run_json("stand", "trees.csv", "--growth", "--plots", "plots.csv")
         self.assertTrue(any("1 plot has another area at the end of a period, which changes values per hectare without growth" in note
                             and "1 (500 m2 2010, 250 m2 2015)" in note for note in growth["notes"]))
+        # All trees grow from 20 to 21 cm in five years.
+        self.write("thick.csv", (self.folder / "trees.csv").read_text() + "1,90,2015,21.1\n1,91,2015,20.9\n")
+        growth = self.run_json("stand", "thick.csv", "--growth", "--plot-area", "500")
+        self.assertTrue(any(note.startswith("1 ingrowth tree is thicker than the smallest dbh before, 20 cm, with the largest increment, "
+                                            "0.2 cm per year") and "tree 90 (21.1 cm, 2015)" in note for note in growth["notes"]))
         self.write("plots.csv", "plot,year,area,stratum\n1,2010,500,A\n1,2015,500,B\n")
         said = self.run_program("stand", "trees.csv", "--growth", "--plots", "plots.csv", status=3).stderr
         self.assertIn("plots.csv:3: stratum: the plot belongs to two strata, 'A' and 'B'", said)

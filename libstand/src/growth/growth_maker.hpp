@@ -76,6 +76,7 @@ class GrowthMaker {
   void add_notes();
   void note_if(std::size_t count, const std::string& text);
   void note_odd_increments();
+  void note_thick_ingrowth();
   void note_years_beside_dates();
 
   const Inventory& inventory_;

@@ -2,6 +2,8 @@
 // What growth leaves out, and what is odd about the trees that were followed.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -108,6 +110,32 @@ void GrowthMaker::add_notes() {
                       renamed_.size() == 1 ? "counts" : "count",
                       data::list_of(renamed_)));
   note_odd_increments();
+  note_thick_ingrowth();
+}
+
+/// Ingrowth was below the smallest dbh of the start, and grew no more than the fastest survivor.
+void GrowthMaker::note_thick_ingrowth() {
+  double smallest_cm = std::numeric_limits<double>::infinity();
+  double fastest = 0.0;
+  for (const TreeGrowth& tree : report_.trees) {
+    if (tree.dbh_start_cm > 0.0) smallest_cm = std::min(smallest_cm, tree.dbh_start_cm);
+    if (tree.dbh_cm_per_year > fastest) fastest = tree.dbh_cm_per_year;
+  }
+  if (!(fastest > 0.0)) return;
+  std::vector<std::string> thick;
+  for (const TreeGrowth& tree : report_.trees) {
+    const double most_cm = smallest_cm + fastest * tree.years;
+    if (tree.fate != TreeFate::kIngrowth || !(tree.dbh_end_cm > most_cm)) continue;
+    thick.push_back(fmt::format(
+        "plot {}, tree {} ({} cm, {})", tree.plot, tree.tree, tree.dbh_end_cm, tree.to));
+  }
+  note_if(thick.size(),
+          fmt::format("{} thicker than the smallest dbh before, {} cm, with the largest increment, "
+                      "{:.2g} cm per year, and may have been missed then: {}",
+                      counted(thick.size(), "ingrowth tree is", "ingrowth trees are"),
+                      smallest_cm,
+                      fastest,
+                      data::list_of(thick)));
 }
 
 /// Increments that are negative, or larger than trees have.

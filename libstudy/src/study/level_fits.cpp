@@ -229,14 +229,17 @@ void LevelFits::run(unsigned threads,
 
 void LevelFits::run_task(const Task& task) {
   const data::Table& table = works_[task.work].compared_trees();
-  if (!task.known) {
-    const auto effort =
-        contains_failure(task) ? fit::SearchEffort::kBrief : fit::SearchEffort::kQuick;
-    take(task, fit_trial(task.trial, table, effort, task.trial.options.from));
-  }
-  if (criterion_ != Criterion::kCrossValidation) return;
-  cross_validated_[task.work][task.position] =
-      cross_validated(results_[task.work][task.position].fit, table, group_);
+  std::optional<CrossValidated>& validated = cross_validated_[task.work][task.position];
+  // Before the result is stored: another thread may replace it by its fit alone (forget_worst).
+  const auto validate = [&](const fit::FittedModel& fit) {
+    if (criterion_ == Criterion::kCrossValidation) validated = cross_validated(fit, table, group_);
+  };
+  if (task.known) return validate(results_[task.work][task.position].fit);
+  const auto effort =
+      contains_failure(task) ? fit::SearchEffort::kBrief : fit::SearchEffort::kQuick;
+  fit::FitResult result = fit_trial(task.trial, table, effort, task.trial.options.from);
+  validate(result.fit);
+  take(task, std::move(result));
 }
 
 bool LevelFits::contains_failure(const Task& task) {
