@@ -121,7 +121,7 @@ DesignStrata strata_of_plots(const PlotTable& plots,
   if (!sizes_ha.empty()) {
     if (!result.sizes.empty() && (result.are_weights || result.sizes != sizes_ha)) {
       result.notes.emplace_back(
-          "areas of strata are those of `stratum_area`, not those of the table of plots");
+          "areas of strata are those of `stratum_areas`, not those of the table of plots");
     }
     result.sizes = sizes_ha;
     result.are_weights = false;
