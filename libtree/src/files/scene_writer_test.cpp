@@ -493,6 +493,15 @@ TEST_CASE("the ground passes through the cells of a terrain between the stems") 
     CHECK(-at[2] == 9.5F);
   }
   CHECK(hills == 1);
+  // The corner at 103.25, 203.25 is on the slope, 2.75 cells east of the first center.
+  bool has_corner = false;
+  for (std::size_t v = 0; v < ground.vertex_count(); ++v) {
+    const float* at = ground.positions.data() + 3 * v;
+    if (at[0] != 3.25F || at[2] != -3.25F) continue;
+    has_corner = true;
+    CHECK(at[1] == Approx(0.275).margin(1e-5));
+  }
+  CHECK(has_corner);
   // Beyond kMostGroundPoints only every second cell of each direction is used.
   data::Raster fine{.west = 0.0,
                     .north = 100.0,

@@ -109,8 +109,11 @@ void add_terrain(const data::Raster& terrain,
   }
 }
 
-/// The corners of the box, each as high as the nearest point.
-void add_corners(const Box& box, std::vector<Foot>& feet) {
+/// The corners of the box, each as high as the terrain there, else as the nearest point.
+void add_corners(const Box& box,
+                 const Position& origin,
+                 const data::Raster* terrain,
+                 std::vector<Foot>& feet) {
   const std::size_t points = feet.size();
   for (const std::int32_t east : {box.low.east, box.high.east}) {
     for (const std::int32_t north : {box.low.north, box.high.north}) {
@@ -123,7 +126,11 @@ void add_corners(const Box& box, std::vector<Foot>& feet) {
           std::min_element(feet.begin(),
                            feet.begin() + static_cast<std::ptrdiff_t>(points),
                            [&](const Foot& a, const Foot& b) { return squared(a) < squared(b); });
-      feet.push_back({east, north, nearest->z_m});
+      const double known_m = terrain == nullptr
+                                 ? std::numeric_limits<double>::quiet_NaN()
+                                 : terrain->at(origin.x_m + east / kCentimetersPerMeter,
+                                               origin.y_m + north / kCentimetersPerMeter);
+      feet.push_back({east, north, std::isnan(known_m) ? nearest->z_m : known_m - origin.z_m});
     }
   }
 }
@@ -208,7 +215,7 @@ MeshPart ground_mesh(std::span<const Position> stems,
   const Box box = box_around(feet, margin_m);
   if (terrain != nullptr) add_terrain(*terrain, box, origin, feet);
   make_unique(feet);
-  add_corners(box, feet);
+  add_corners(box, origin, terrain, feet);
   make_unique(feet);
   MeshPart part{.kind = PartKind::kStem, .color = {0.07, 0.055, 0.035}, .double_sided = true};
   for (const Foot& foot : feet) {
