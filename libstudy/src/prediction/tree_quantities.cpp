@@ -63,6 +63,8 @@ struct QuantityPlan {
   // Counts of trees, for notes.
   /// By equation in the order of the catalogue: outside of each range of its domain.
   std::map<const TreeEquation*, std::vector<std::size_t>> outside{};
+  /// Species of trees that an equation is used for, although it lists others.
+  std::map<const TreeEquation*, std::set<std::string>> unlisted{};
   std::size_t without_value = 0;  ///< that the equation needs
   std::size_t without_equation = 0;
   std::size_t not_positive = 0;
@@ -83,6 +85,9 @@ class QuantityMaker {
   QuantityPlan& plan_of(const std::string& name, const std::string& unit);
   std::optional<const TreeEquation*> equation_for(const QuantityPlan& plan,
                                                   const std::string& species) const;
+  static void note_unlisted(const std::string& species,
+                            const TreeEquation* equation,
+                            QuantityPlan& plan);
   stand::TreeQuantity compute(QuantityPlan& plan);
   std::vector<double> values_of(const TreeEquation& equation) const;
   std::vector<double> taper_volumes(const std::vector<std::size_t>& rows) const;
@@ -152,6 +157,17 @@ std::optional<const TreeEquation*> QuantityMaker::equation_for(const QuantityPla
   }
   if (plan.of_all.size() == 1) return plan.of_all.front();
   return std::nullopt;
+}
+
+void QuantityMaker::note_unlisted(const std::string& species,
+                                  const TreeEquation* equation,
+                                  QuantityPlan& plan) {
+  const std::string key = lower_case(species);
+  const auto is_it = [&key](const std::string& name) { return lower_case(name) == key; };
+  // The user has chosen the equation for the species, or the equation is for all.
+  if (equation == nullptr || equation->species.empty() || plan.of_species.contains(key)) return;
+  if (species.empty() || std::ranges::any_of(equation->species, is_it)) return;
+  plan.unlisted[equation].insert(species);
 }
 
 std::vector<double> QuantityMaker::values_of(const TreeEquation& equation) const {
@@ -228,6 +244,7 @@ stand::TreeQuantity QuantityMaker::compute(QuantityPlan& plan) {
     if (is_new) {
       equation->second = equation_for(plan, species);
       plan.seen.insert(lower_case(species));
+      note_unlisted(species, equation->second.value_or(nullptr), plan);
     }
     if (equation->second) {
       rows_of[*equation->second].push_back(row);
@@ -270,6 +287,12 @@ std::vector<std::string> QuantityMaker::notes() const {
   std::vector<std::string> notes;
   for (const QuantityPlan& plan : plans_) {
     for (const auto& [equation, outside] : plan.outside) note_domain(*equation, outside, notes);
+    for (const auto& [equation, species] : plan.unlisted) {
+      notes.push_back(fmt::format("equation {} is of {} and is used for other species: {}",
+                                  equation->id,
+                                  equation->species.front(),
+                                  data::list_of(std::vector(species.begin(), species.end()))));
+    }
     for (const auto& [species, equation] : plan.of_species) {
       if (plan.seen.contains(species)) continue;
       notes.push_back(fmt::format("no tree has the species '{}' of `equations`", species));

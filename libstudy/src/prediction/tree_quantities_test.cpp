@@ -114,6 +114,13 @@ TEST_CASE("A species uses its own equation, or the one that lists it") {
   CHECK(!std::isnan(listed.quantities[0].values[2]));
   CHECK(std::isnan(listed.quantities[0].values[1]));
   CHECK(mentions(listed.notes, "no equation lists the species"));
+  const std::string used_for_others =
+      "equation laasasenaho-pine is of Pinus sylvestris and is used for other species: ";
+  CHECK(mentions(tree_quantities(table, using_equations({"laasasenaho-pine"})).notes,
+                 used_for_others + "A, B"));
+  CHECK_FALSE(mentions(
+      tree_quantities(table, using_equations({"A=laasasenaho-pine", "b=laasasenaho-pine"})).notes,
+      used_for_others));
   CHECK_THROWS_WITH(
       tree_quantities(three_trees(), using_equations({"jenkins-oak", "jenkins-pine"})),
       Contains("two equations of biomass for all species"));
