@@ -138,26 +138,22 @@ void print_diameters(const stand::StandReport& report) {
   table.print();
 }
 
-void print_structure(const stand::StandReport& report) {
-  if (!report.units) return;
-  std::vector<std::string> header{"species", "core trees", "W", "M", "U", "C"};
-  for (const stand::FurtherValues& one : report.units->further) {
-    header.emplace_back(word_of(one.index));
-  }
+/// \param means  of units by species, and of all trees
+void print_structure(const data::Table& means, std::size_t neighbors) {
+  std::vector<std::string> indices = means.names();
+  indices.erase(indices.begin(), std::ranges::find(indices, "W"));
+  std::vector<std::string> header{"species", "core trees"};
+  header.insert(header.end(), indices.begin(), indices.end());
   TextTable table(header);
-  const auto add = [&table](const std::string& name, const stand::UnitSummary& summary) {
-    std::vector<std::string> row{name, std::to_string(summary.core_trees)};
-    for (const double mean : {summary.W, summary.M, summary.U, summary.C}) {
-      row.push_back(rounded(mean, 3));
-    }
-    for (const double mean : summary.further) row.push_back(rounded(mean, 3));
-    table.add(std::move(row));
-  };
-  for (const stand::UnitSummary& summary : report.unit_means_by_species) {
-    add(name_or(summary.species, "(none)"), summary);
+  for (std::size_t row = 0; row < means.rows(); ++row) {
+    const bool is_all = means.text("kind")[row] == "all";
+    const std::string species(means.text("species")[row]);
+    std::vector<std::string> cells{is_all ? "all" : name_or(species, "(none)"),
+                                   fmt::format("{}", means.numbers("core_trees")[row])};
+    for (const std::string& name : indices) cells.push_back(rounded(means.numbers(name)[row], 3));
+    table.add(std::move(cells));
   }
-  add("all", *report.unit_means);
-  print_text("Structure, means over core trees ({} neighbors)\n", report.units->neighbors);
+  print_text("Structure, means over core trees ({} neighbors)\n", neighbors);
   table.print();
 }
 
@@ -304,7 +300,9 @@ void print_stand(const study::StandSummary& summary, const Tables& tables) {
   print_diameters(report);
   if (const data::Table* thinning = find("thinning")) print_thinning(*thinning);
   if (const data::Table* sites = find("sites")) print_sites(*sites);
-  print_structure(report);
+  if (const data::Table* means = find("structure")) {
+    print_structure(*means, report.units->neighbors);
+  }
   print_joint(report);
 }
 

@@ -314,11 +314,11 @@ void add_study_command(CLI::App& program, std::string command_line) {
   const std::string section = "Models";
   each_setting(arguments->settings.study, SettingOptions(*command, section));
   command
-      ->add_option("--criterion",
-                   arguments->criterion,
-                   "Criterion for all levels, with tests only if --tests requires them: aic, aicc, "
-                   "bic or cv (prediction "
-                   "error for plots left out); default: each level has its own")
+      ->add_option(
+          "--criterion",
+          arguments->criterion,
+          "Criterion for all levels, with tests only if --tests requires them: aic, aicc, "
+          "bic or cv (prediction error for plots left out); default: each level has its own")
       ->check(CLI::IsMember({"level", "aic", "aicc", "bic", "cv"}))
       ->capture_default_str()
       ->group(section);

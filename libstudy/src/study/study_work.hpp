@@ -66,8 +66,10 @@ Work prepared(const data::Table& table,
               const std::string& response);
 
 /// Adds doubts about a model that explains nothing, or whose residual variance is that of a few
-/// trees, and notes on outlying trees and plots, and on neighbors whose residuals are alike.
-/// \param table  the inventory, of which the result has rows
+/// trees, or whose covariates of plots are not significant, and notes on outlying trees and plots,
+/// and on neighbors whose residuals are alike.
+/// \param table         the inventory, of which the result has rows
+/// \param significance  of covariates with one value in each plot
 void check_final_model(ResponseStudy& result, const data::Table& table, double significance);
 
 /// Runs the three levels and the cross-validation of the chosen models; fills in the results of the

@@ -15,8 +15,7 @@ void each_setting(S& settings, Visit&& visit) {
   visit(Setting("use",
                 settings.use,
                 "Source of h, hcb and cw: observed, ols, population, conditional (columns of a "
-                "study), or pred "
-                "(columns of predict)"));
+                "study), or pred (columns of predict)"));
   visit(Setting("preset", settings.preset, "Species preset for all trees (default: by species)"));
   visit(Setting("scene", settings.scene, "Write one file with all trees at their positions")
             .type("FILE"));
