@@ -11,7 +11,8 @@ from pathlib import Path
 EXAMPLE = Path(os.environ["SILVAFIT_EXAMPLE"])
 TABLES = ("species", "candidates", "covariates", "random_effects", "variance_functions", "estimates",
           "variance_components", "statistics", "gains", "level_tests",
-          "rejected", "plots_left_out", "coefficients", "variance_and_fit", "plot_effects")
+          "rejected", "plots_left_out", "residual_variogram",
+          "coefficients", "variance_and_fit", "plot_effects")
 # Level and prediction in statistics.csv, and the column of predictions.csv behind it.
 PREDICTIONS = {("ols", "population"): "ols",
                ("nlme", "population"): "population",

@@ -41,6 +41,23 @@ test("a class with few trees is said to be an extrapolation", { skip }, () => {
   });
 });
 
+test("the variogram of residuals has a row for each class, and is left out without positions", { skip }, () => {
+  const data = example();
+  data.results[0].variogram = [
+    { distance: 2.5, semivariance: 0.6, pairs: 40 },
+    { distance: 7.25, semivariance: 1.1, pairs: 1200 },
+  ];
+  return withPage(data, {}, async (page) => {
+    const figure = figureOf(page, "#result-1", "Variogram");
+    await open(figure);
+    assert.deepEqual(await tableRows(figure, "Variogram"), [
+      ["2.50", "0.600", "40"],
+      ["7.25", "1.100", "1\u202f200"],
+    ]);
+    assert.equal(await figureOf(page, "#result-2", "Variogram").count(), 0);
+  });
+});
+
 test("box plots count every tree once in each panel, and their quartiles and means are those of the residuals", { skip }, () => {
   const data = example();
   const { observations } = data.results[0];

@@ -246,6 +246,16 @@ ordered_json outlying_array(const ResponseStudy& result) {
   return plots;
 }
 
+ordered_json variogram_array(const ResponseStudy& result) {
+  ordered_json classes = ordered_json::array();
+  for (const VariogramClass& each : result.variogram) {
+    classes.push_back({{"distance", number_or_null(each.distance_m)},
+                       {"semivariance", number_or_null(each.semivariance)},
+                       {"pairs", each.pairs}});
+  }
+  return classes;
+}
+
 ordered_json result_object(const ResponseStudy& result,
                            const StudyRecord& record,
                            const Catalogue& catalogue) {
@@ -260,6 +270,7 @@ ordered_json result_object(const ResponseStudy& result,
                       {"doubts", result.doubts},
                       {"left_out", left_out_object(result)},
                       {"outlying", outlying_array(result)},
+                      {"variogram", variogram_array(result)},
                       {"notes", result.remarks()},
                       {"base", base_rows(result, catalogue)},
                       {"covariates", covariate_rows(result)},

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <map>
 #include <set>
 #include <span>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "silvafit/base/text.hpp"
+#include "study/final_residuals.hpp"
 #include "study/outliers.hpp"
 #include "study/study_work.hpp"
 
@@ -21,13 +21,6 @@ namespace {
 
 using Eigen::Index;
 using Eigen::VectorXd;
-
-/// The result of the last level that chose a model; none if no level did.
-const fit::FitResult* final_result(const ResponseStudy& result) {
-  if (result.nlme) return &*result.nlme;
-  if (result.with_covariates) return &*result.with_covariates;
-  return result.ols ? &*result.ols : nullptr;
-}
 
 /// AIC of a constant, from the least-squares fit to the same trees.
 double aic_of_mean(const fit::FittedModel& ols) {
@@ -93,80 +86,18 @@ std::string outlying_trees_sentence(const ResponseStudy& result,
       std::floor(outlying.distances.back()));
 }
 
-/// (N) conditional residuals in residual standard deviations.
-VectorXd standardized_residuals(const ResponseStudy& result,
-                                const data::Table& table,
-                                const fit::FitResult& final) {
-  const std::span<const double> values = table.numbers(result.response);
-  VectorXd standardized(final.fitted_conditional.size());
-  for (Index i = 0; i < standardized.size(); ++i) {
-    const double observed = values[result.rows[final.rows[static_cast<std::size_t>(i)]]];
-    standardized[i] = (observed - final.fitted_conditional[i]) / final.residual_sd[i];
-  }
-  return standardized;
-}
-
-/// The correlation of each tree's residual with that of the nearest tree of its plot.
-struct NeighborCorrelation {
-  double sum = 0.0;      ///< of products, each pair of mutual neighbors twice
-  double squares = 0.0;  ///< of the residuals of trees with a neighbor
-  double pairs = 0.0;    ///< the variance of the sum if residuals are independent with variance 1
-
-  /// \param rows  of one plot
-  void add(const std::vector<Index>& rows,
-           const VectorXd& residuals,
-           const Eigen::MatrixX2d& positions) {
-    std::vector<std::size_t> nearest(rows.size());
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      double least = std::numeric_limits<double>::infinity();
-      for (std::size_t j = 0; j < rows.size(); ++j) {
-        const double distance = (positions.row(rows[i]) - positions.row(rows[j])).squaredNorm();
-        if (j == i || !(distance < least)) continue;
-        least = distance;
-        nearest[i] = j;
-      }
-    }
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      sum += residuals[rows[i]] * residuals[rows[nearest[i]]];
-      squares += residuals[rows[i]] * residuals[rows[i]];
-      // A mutual pair has the weight 2 and is met twice.
-      pairs += nearest[nearest[i]] == i ? 2.0 : 1.0;
-    }
-  }
-};
-
 /// Neighbors that are alike make standard errors too small.
-void note_correlated_neighbors(ResponseStudy& result, const data::Table& table) {
-  const fit::FitResult* const final = final_result(result);
-  const auto is_number = [&](const char* name) {
-    return table.has(name) && table.is_numeric(name);
-  };
-  if (final == nullptr || !table.has("plot") || !is_number("x") || !is_number("y")) return;
-  // All pairs of larger plots take too long.
-  constexpr std::size_t kMostTrees = 3000;
-  const VectorXd residuals = standardized_residuals(result, table, *final);
-  Eigen::MatrixX2d positions(residuals.size(), 2);
-  std::map<std::string, std::vector<Index>, std::less<>> plots;
-  const data::TextColumn labels = table.labels("plot");
-  for (Index i = 0; i < residuals.size(); ++i) {
-    const std::size_t row = result.rows[final->rows[static_cast<std::size_t>(i)]];
-    positions.row(i) << table.numbers("x")[row], table.numbers("y")[row];
-    const bool is_known = positions.row(i).allFinite() && std::isfinite(residuals[i]);
-    if (is_known && !labels.is_missing(row)) plots[std::string(labels[row])].push_back(i);
-  }
-  NeighborCorrelation found;
-  for (const auto& [label, rows] : plots) {
-    if (rows.size() > 1 && rows.size() <= kMostTrees) found.add(rows, residuals, positions);
-  }
-  if (!(found.squares > 0.0)) return;
-  const double correlation = found.sum / found.squares;
+void check_neighbors(ResponseStudy& result, const data::Table& table) {
+  const PlacedResiduals placed = placed_residuals(result, table);
+  result.variogram = residual_variogram(placed);
+  const NeighborCorrelation found = neighbor_correlation(placed);
   constexpr double kNotable = 0.1;
   constexpr double kQuantile = 3.3;  // one-sided p of 0.0005
-  if (correlation < kNotable || found.sum < kQuantile * std::sqrt(found.pairs)) return;
+  if (found.correlation < kNotable || found.z < kQuantile) return;
   result.notes.push_back(fmt::format(
       "Residuals of trees and their nearest neighbors are correlated ({:.2f}), so that standard "
       "errors are too small. Fit the model with a `correlation` such as exponential(x, y).",
-      correlation));
+      found.correlation));
 }
 
 /// A few wrong values can determine the curve and the residual variance.
@@ -244,7 +175,7 @@ void check_final_model(ResponseStudy& result, const data::Table& table, double s
   doubt_useless_curve(result);
   check_outlying_trees(result, table);
   note_outlying_plots(result);
-  note_correlated_neighbors(result, table);
+  check_neighbors(result, table);
 }
 
 }  // namespace silvafit::study

@@ -379,6 +379,23 @@ FormattedTable plots_left_out_table(const Study& study) {
   return table;
 }
 
+FormattedTable residual_variogram_table(const Study& study) {
+  FormattedTable table{
+      .name = "residual_variogram",
+      .caption = "Variogram of the standardized residuals of the final models, within plots",
+      .columns = joined(kSubject,
+                        {{"distance", "Distance (m)", ColumnKind::kEstimate},
+                         {"semivariance", "Semivariance", ColumnKind::kEstimate},
+                         {"pairs", "Pairs", ColumnKind::kCount}})};
+  for (const ResponseStudy& result : study.results) {
+    for (const VariogramClass& each : result.variogram) {
+      table.rows.push_back(
+          joined(subject(result), {each.distance_m, each.semivariance, count(each.pairs)}));
+    }
+  }
+  return table;
+}
+
 void add_level_tests(const ResponseStudy& result,
                      const StudyOptions& options,
                      FormattedTable& table) {
@@ -425,6 +442,7 @@ std::vector<FormattedTable> study_tables(const StudyRecord& record, const Catalo
           level_tests_table(study),
           rejected_table(study),
           plots_left_out_table(study),
+          residual_variogram_table(study),
           coefficients_table(study),
           variance_and_fit_table(study),
           plot_effects_table(study)};

@@ -122,6 +122,14 @@ struct LeftOutPlots {
   bool is_worse = false;
 };
 
+/// Pairs of trees of a plot in a class of distance, and half the mean squared difference of their
+/// standardized residuals.
+struct VariogramClass {
+  double distance_m = 0.0;  ///< the mean of the pairs
+  double semivariance = 0.0;
+  std::size_t pairs = 0;
+};
+
 /// The results for one species and response.
 struct ResponseStudy {
   std::string species{};
@@ -139,6 +147,7 @@ struct ResponseStudy {
   std::optional<fit::FitResult> with_covariates{};  ///< chosen at level 2, or that of level 1
   std::optional<fit::FitResult> nlme{};             ///< chosen at level 3
   std::optional<LeftOutPlots> left_out{};           ///< where there is a mixed model
+  std::vector<VariogramClass> variogram{};  ///< of the final model, where trees have positions
   /// Reasons why the chosen models are doubtful although they converged, as sentences.
   std::vector<std::string> doubts{};
 
