@@ -26,11 +26,21 @@ async function check(file, picture) {
     });
     if (data.results) problems.push(...(await compareTables(page, join(dirname(file), "tables"))));
     if (data.results?.some(({ observations }) => observations.observed.length > 0) && painted.length === 0) problems.push("there is no chart");
+    problems.push(...(await cutTables(page)));
     if (picture) await page.screenshot({ path: picture, fullPage: true });
     return { problems, charts: painted.length, results: shown };
   } finally {
     await browser.close();
   }
+}
+
+/** Tables that hide columns on a screen of 1400 pixels. */
+async function cutTables(page) {
+  await page.setViewportSize({ width: 1400, height: 900 });
+  // Frames are measured again when the browser has laid out the page.
+  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+  const captions = await page.locator('.table[data-more~="right"]:visible caption').allTextContents();
+  return captions.map((caption) => `columns are hidden: ${caption}`);
 }
 
 /** What the page saves must be what the program wrote. */

@@ -46,9 +46,10 @@ std::vector<TableColumn> size_columns(const std::vector<std::string>& quantities
                                    {"dominant_height", "h100 (m)", ColumnKind::kPercent}};
   for (const std::string& name : quantities) {
     const std::size_t line = name.rfind('_');
-    const std::string title = line == std::string::npos
-                                  ? name + "/ha"
-                                  : name.substr(0, line) + "/ha (" + name.substr(line + 1) + ")";
+    std::string title = name.substr(0, line) + "/ha";
+    if (line != std::string::npos) title += " (" + name.substr(line + 1) + ")";
+    if (title.ends_with("m3)")) title.replace(title.size() - 2, 1, "\u00B3");
+    title.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(title.front())));
     columns.push_back({name + "_per_ha", title, ColumnKind::kPercent});
   }
   return columns;
