@@ -29,18 +29,6 @@ struct ImputeArguments {
   bool stream = false;
 };
 
-/// The response is filled in under its name in the file; it is a new column if the file has another
-/// unit or a formula makes it.
-AddedColumns columns_of(const ImputeArguments& arguments, const study::TableImputation& imputed) {
-  const auto& source = imputed.imputation.source;
-  return {.table = study::imputed_columns(imputed),
-          .digits = arguments.digits,
-          .replaced = imputed.column,
-          .is_replaced = [&source](std::size_t row) {
-            return source[row] == study::ImputeSource::kImputed;
-          }};
-}
-
 void run(ImputeArguments& arguments) {
   refuse_same_files({{"INVENTORY.csv", arguments.data}}, {{"--out", arguments.out}});
   const auto catalogue = study::Catalogue::load(data_directory() / "models");
@@ -50,7 +38,7 @@ void run(ImputeArguments& arguments) {
   const TreeTable trees = open_trees(arguments.data, arguments.table, arguments.common);
   TableWithColumns table(arguments.out, arguments.stream, arguments.reading, arguments.common);
   const auto write = [&](const data::TableSource& rows, const study::TableImputation& part) {
-    table.write(rows, columns_of(arguments, part), part.is_in_file_order);
+    table.write(rows, study::added_columns(part, arguments.digits), part.is_in_file_order);
   };
   Progress progress(arguments.common);
   const study::ImputationSummary summary =

@@ -14,6 +14,7 @@
 #include "silvafit/base/paths.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/source/open_table.hpp"
+#include "silvafit/study/rows_with_columns.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -69,15 +70,7 @@ void require_table_output(const std::string& out) {
 data::Table table_of_csv(std::string text,
                          const std::string& file,
                          const study::ReadingSettings& reading) {
-  const auto csv = std::make_shared<const data::TableText>(
-      data::TableText{.name = file, .text = std::move(text), .separator = ','});
-  const std::vector<std::string> labels{"plot", "tree", "species"};
-  const data::CsvReader header(csv);
-  std::vector<std::string> texts = labels;
-  for (const auto& usual : stand::usual_columns(header.header(), stand::is_label, file)) {
-    texts.push_back(usual.source);
-  }
-  data::Table table = data::read_csv_table(csv, {.text_columns = std::move(texts)});
+  data::Table table = study::labeled_table(std::move(text), file);
   add_positions(table, reading);
   return table;
 }

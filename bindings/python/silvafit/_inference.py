@@ -126,6 +126,8 @@ class Inference(Estimates):
         DataFrame
             With the index of the data, NaN for skipped rows, and columns 0, 1, ... `count` - 1.
         """
+        if count < 1:
+            raise UsageError(f"{count} is no number of simulated data sets, which is 1 or more", column="count")
         frame = self._own_frame("simulate()")
         found = analysis("simulate", frame, fits=[self._core], count=count, seed=seed)
         result = np.full((frame.table.rows, count), np.nan)

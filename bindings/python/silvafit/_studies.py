@@ -159,12 +159,18 @@ def impute(trees: Any, response: str = "h", *, seed: int = 1, threads: int = 0, 
     DataFrame
         The trees, with the response filled in, under its name in them, and the columns ``h_source`` (measured,
         imputed, missing), ``h_level`` (plot, stand, population), ``h_flag``, and with ``coverage`` ``h_lower``
-        and ``h_upper``; of other data than a DataFrame these columns
+        and ``h_upper``; of a dict these columns
         only. ``attrs["models"]`` has the fits by label as JSON, which `Fit.from_json` reads.
     """
     found, frame, notes = _run("impute", trees, settings, response=response, seed=seed, threads=threads,
                                catalogue=_location.catalogue())
-    result = _with_columns(trees, found.frame("columns", _index_of(frame, found.rows)), found.rows)
+    columns = found.frame("columns", _index_of(frame, found.rows))
+    # Texts of a file that are all empty would be missing values.
+    is_file = "rows" in found.tables
+    if is_file:
+        result = found.frame("rows").assign(**{name: columns[name].to_numpy() for name in columns})
+    else:
+        result = _with_columns(trees, columns, found.rows)
     result.attrs.update(models={label: core.to_json() for label, core in found.fits},
                         summary=found.json["sentences"], notes=notes)
     return result

@@ -175,6 +175,9 @@ class MixedRegressor(RegressorMixin, BaseEstimator):
         if groups is None:
             return table
         check_consistent_length(table, groups)
+        if self._GROUP in table.columns:
+            raise UsageError(f"a feature is called {self._GROUP}, as the column of `groups`; rename it, or name the groups in `random`, "
+                             "such as random='a | plot'", column="groups")
         values = groups.array if isinstance(groups, (pd.Series, pd.Index)) else groups
         return table.assign(**{self._GROUP: values})
 

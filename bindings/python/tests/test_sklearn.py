@@ -143,3 +143,9 @@ def test_new_groups_are_calibrated_from_their_measured_trees(stands):
     assert (cross_val_score(model, X, y, groups=plots, cv=folds) > cross_val_score(plain, X, y, groups=plots, cv=folds)).all()
     with pytest.raises(sf.UsageError, match="measured='h_measured'"):
         MixedRegressor(FORMULA, random="a | plot", level="calibrated").fit(X, y).predict(X)
+
+
+def test_a_feature_called_group_is_no_column_of_groups():
+    table = pd.DataFrame({"x": np.arange(12.0), "group": np.arange(12.0) % 5})
+    with pytest.raises(sf.UsageError, match="a feature is called group"):
+        MixedRegressor("y ~ a + b*x + c*group", random="a").fit(table, 2.0 * table.x, groups=[1, 2, 3] * 4)

@@ -272,3 +272,13 @@ def test_studies_of_repeated_measurements_and_sampled_plots(source):
     # Trees below the smallest dbh are not counted.
     counted = first.index[first["dbh"] >= 7]
     assert circles.predictions.loc[counted, "stems_per_ha"].to_numpy() == pytest.approx(factors.sum(), rel=1e-12)
+
+
+def test_imputation_of_a_file_has_its_rows_and_texts(tmp_path):
+    file = tmp_path / "trees.csv"
+    rows = "".join(f"{1 + k % 3:03d};{k};T;{10 + k % 20},5;{'' if k % 4 == 0 else 8 + (k % 20) / 2}\n" for k in range(60))
+    file.write_text("plot;tree;species;dbh;h\n" + rows.replace(".", ","))
+    found = sf.impute(file, "h", random="none")
+    assert list(found.columns[:5]) == ["plot", "tree", "species", "dbh", "h"]
+    assert found["plot"][0] == "001" and set(found["species"]) == {"T"}
+    assert found["dbh"][3] == 13.5 and found["h"].notna().all() and found["h"][3] == 9.5 and found["h_source"][0] == "imputed"

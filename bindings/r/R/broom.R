@@ -136,7 +136,7 @@ as_tibble_if_there <- function(data) if (requireNamespace("tibble", quietly = TR
 NULL
 
 sub_model_of <- function(object, param) {
-  formulas <- sub_model_formulas(eval(object$call$parameters, environment(object$formula)))
+  formulas <- sub_model_formulas(object$arguments$parameters)
   if (missing(param) || is.null(param) || !param %in% names(formulas)) {
     stop_usage("`param` has to name a parameter with a sub-model: ", paste(names(formulas), collapse = ", "))
   }
@@ -156,8 +156,9 @@ recover_data.silvafit <- function(object, param, data = NULL, ...) {
 #' @rdname emmeans-methods
 emm_basis.silvafit <- function(object, trms, xlev, grid, param, ...) {
   frame <- stats::model.frame(trms, grid, na.action = stats::na.pass, xlev = xlev)
-  contrasts <- object$contrasts[intersect(names(object$contrasts), names(xlev))]
-  matrix <- stats::model.matrix(trms, frame, contrasts.arg = contrasts)
+  # The codings of the fit, whatever the options and the factors of `grid` are.
+  codings <- sapply(names(frame), function(name) object$codings[[paste0(factor_column_of(str2lang(name)), "")]], simplify = FALSE)
+  matrix <- stats::model.matrix(trms, frame, contrasts.arg = Filter(Negate(is.null), codings))
   columns <- ifelse(colnames(matrix) == "(Intercept)", param, paste0(param, ":", colnames(matrix)))
   at <- match(columns, names(fixef(object)))
   if (anyNA(at)) stop_usage("the coefficients ", paste(columns[is.na(at)], collapse = ", "), " are not in the fit")

@@ -287,8 +287,13 @@ hatvalues.silvafit <- strict(function(model, ...) {
     stop_usage("leverages and Cook's distances are those of independent residuals without random effects; for the influence of a group refit without it, ",
                "update(fit, subset = plot != 7), and for that of all groups use cross_validate()")
   }
-  (predict.silvafit(model, level = "population", se.fit = TRUE)$se.fit / unbiased_deviation(model))^2
+  for_all_rows(model, leverages(model))
 })
+
+leverages <- function(model) (predict.silvafit(model, model$frame, level = "population", se.fit = TRUE)$se.fit / unbiased_deviation(model))^2
+
+# Values of the rows of the fit; with na.exclude also NA for the others.
+for_all_rows <- function(model, values) stats::naresid(model$na.action, stats::setNames(values, row.names(model$frame)))
 
 # Residual standard deviations as standard errors have them, with N - p in the place of N.
 unbiased_deviation <- function(model) {
@@ -298,8 +303,10 @@ unbiased_deviation <- function(model) {
 
 #' @rdname residuals.silvafit
 cooks.distance.silvafit <- function(model, ...) {
-  leverage <- hatvalues.silvafit(model, ...)
-  (residuals.silvafit(model) / unbiased_deviation(model))^2 * leverage / (1 - leverage)^2 / (nobs(model) - df.residual(model))
+  hatvalues.silvafit(model, ...) # stops where there are none
+  leverage <- leverages(model)
+  residuals <- (response_values(model) - fitted_at(model, "population")) / unbiased_deviation(model)
+  for_all_rows(model, residuals^2 * leverage / (1 - leverage)^2 / (nobs(model) - df.residual(model)))
 }
 
 # Values of each row at one level; at several a matrix, or as a list of groups, as in nlme.

@@ -6,7 +6,7 @@ new_fit <- function(result, model, call, options, na.action) {
   omitted <- if (!is_complete) setdiff(seq_len(nrow(model$frame)), result$rows)
   structure(
     list(call = call, formula = model$formula, texts = model$texts, labels = model$labels,
-         contrasts = model$contrasts, handle = result$fits[[1]]$handle, fit = in_order_of_levels(result$fits[[1]]$fit, model$frame),
+         codings = model$codings, handle = result$fits[[1]]$handle, fit = in_order_of_levels(result$fits[[1]]$fit, model$frame),
          frame = rows_of(model$frame, if (!is_complete) result$rows),
          na.action = if (length(omitted) > 0) {
            structure(omitted, names = row.names(model$frame)[omitted], class = na.action)

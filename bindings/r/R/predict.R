@@ -48,12 +48,14 @@ predict.silvafit <- function(object, newdata, level = "conditional", interval = 
   action <- name_of_action(na.action, c("na.pass", "na.exclude", "na.omit", "na.fail"))
   new_groups <- match.arg(new_groups)
   seen_groups <- match.arg(seen_groups)
+  is_own <- missing(newdata) || is.null(newdata)
   if (length(level) > 1 && is.numeric(level)) {
     if (interval != "none" || se.fit) stop_usage("intervals and standard errors are available for one `level` at a time")
-    return(predict_levels(object, newdata, level, says_new, new_groups = new_groups))
+    levels <- predict_levels(object, newdata, level, says_new, new_groups = new_groups)
+    return(if (is_own) with_excluded_rows(object, levels) else levels)
   }
   level <- level_word(object, level)
-  if (missing(newdata) || is.null(newdata)) {
+  if (is_own) {
     if (interval == "none" && !se.fit && level %in% c("population", "conditional")) return(fitted(object, level))
     needs_data(object, "a prediction without `newdata`")
     newdata <- object$frame
@@ -80,7 +82,23 @@ predict.silvafit <- function(object, newdata, level = "conditional", interval = 
                    standard_errors = se.fit, threads = threads)
   result <- analysis_of_fit("predict", object, settings, newdata)
   if (is_outer) for (name in intersect(c("value", "lower", "upper", "standard_error"), names(result$tables$rows))) result$tables$rows[[name]][rows_of_no_group] <- NA
-  predicted(result$tables$rows, row.names(newdata), interval, se.fit, level, action)
+  output <- predicted(result$tables$rows, row.names(newdata), interval, se.fit, level, action)
+  if (is_own) with_excluded_rows(object, output) else output
+}
+
+# With na.exclude, rows that the fit does not use have missing values.
+with_excluded_rows <- function(object, output) {
+  if (!is.data.frame(output)) return(stats::napredict(object$na.action, output))
+  excluded <- object$na.action
+  if (!inherits(excluded, "exclude")) return(output)
+  names <- character(nrow(output) + length(excluded))
+  names[-excluded] <- row.names(output)
+  names[excluded] <- names(excluded)
+  at <- rep(NA_integer_, length(names))
+  at[-excluded] <- seq_len(nrow(output))
+  output <- output[at, , drop = FALSE]
+  row.names(output) <- names
+  output
 }
 
 # \param is_new  rows of groups of the coarser grouping that are not in the fit

@@ -214,7 +214,7 @@ model_texts <- function(formula, data, parameters, random, groups, covariance, v
   if (any(covariance != "diagonal") && grepl("\\) \\+ \\([^|()]*\\) \\|", effects$text)) {
     stop_usage("`covariance` is ", paste(covariance, collapse = ", "), ", but formulas or blocks of `random` with the same groups are independent; write one formula, such as a + b ~ 1 | plot")
   }
-  check_coded(contrasts, subs$factors, effects$text)
+  check_coded(contrasts, union(subs$factors, names(subs$codings)), effects$text)
   variance <- variance_text(variance)
   check_nesting(correlation, effects, used)
   correlation <- correlation_text(correlation, effects$groups)
@@ -222,7 +222,7 @@ model_texts <- function(formula, data, parameters, random, groups, covariance, v
   columns <- unique(c(response$name, intersect(c(needed, effects$groups, variance_names(variance), correlation_names(correlation)), names(data))))
   with_number <- function(texts) with_pi(texts, names(data))
   labels <- stats::setNames(subs$labels, with_number(names(subs$labels)))
-  list(formula = formula, frame = data[columns], labels = labels, coefficients = with_number(subs$coefficients), contrasts = contrasts, response = formula[[2]],
+  list(formula = formula, frame = data[columns], labels = labels, coefficients = with_number(subs$coefficients), codings = subs$codings, response = formula[[2]],
        texts = list(formula = with_number(paste(name_text(response$name), "~", right_side_text(right))), parameters = with_number(subs$texts),
                     factors = subs$factors, columns = names(data), random = with_number(effects$text), covariance = if (is.null(covariance)) effects$covariance else covariance,
                     variance = variance, correlation = correlation))

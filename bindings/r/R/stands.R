@@ -247,13 +247,17 @@ impute <- function(trees, response = "h", group = "", by = "", minimum_trees = 3
   result <- analysis_of_call("impute", trees, c("reading", "imputation"), list(formula = formula, variance = variance_text(variance)))
   tell_notes(result$json$sentences)
   if (isTRUE(add_residual)) tell(paste0("imputed values have drawn residuals (seed = ", seed, ")"))
-  filled <- if (is.character(trees)) utils::read.csv(trees, check.names = FALSE) else trees
-  columns <- result$tables$columns
-  for (name in names(columns)) {
-    if (length(columns[[name]]) != nrow(filled)) stop_input("the imputed rows are not those of `trees`")
-    # Limits have the unit of their column.
-    measured <- sub("_(lower|upper)$", "", name)
-    filled[[name]] <- with_unit_of(columns[[name]], filled[[measured]], tree_units[tolower(measured)])
+  if (is.character(trees)) {
+    filled <- rows_of_file(result)
+  } else {
+    filled <- trees
+    columns <- result$tables$columns
+    for (name in names(columns)) {
+      if (length(columns[[name]]) != nrow(filled)) stop_input("the imputed rows are not those of `trees`")
+      # Limits have the unit of their column.
+      measured <- sub("_(lower|upper)$", "", name)
+      filled[[name]] <- with_unit_of(columns[[name]], filled[[measured]], tree_units[tolower(measured)])
+    }
   }
   attr(filled, "models") <- lapply(result$fits, stored_fit, call = match.call())
   own_copy(filled)
@@ -363,10 +367,18 @@ predict.silvafit_library <- function(object, newdata, level = "population", inte
   if (!missing(coverage) && !has_interval) stop_usage("`coverage` is that of intervals; give `interval`, too")
   own <- list(interval = if (has_interval) interval else "prediction", coverage = if (has_interval) coverage, standard_errors = se.fit)
   result <- analysis_of_call("predict_library", newdata, c("reading", "predictions", "equations"), own, c(conf.level = "use coverage"), object$handle)
+  if (is.character(newdata)) return(rows_of_file(result))
   predicted <- as.data.frame(result$tables$columns, check.names = FALSE)
-  table <- if (is.character(newdata)) utils::read.csv(newdata, check.names = FALSE) else newdata
-  if (nrow(table) != nrow(predicted)) stop_input("the predicted rows are not those of `newdata`")
-  own_copy(with_columns(table, predicted, "newdata"))
+  if (nrow(newdata) != nrow(predicted)) stop_input("the predicted rows are not those of `newdata`")
+  own_copy(with_columns(newdata, predicted, "newdata"))
+}
+
+# The rows of a file as the program read them, with the new columns.
+rows_of_file <- function(result) {
+  rows <- as.data.frame(result$tables$rows, check.names = FALSE)
+  # Texts that are all empty would be missing values.
+  rows[names(result$tables$columns)] <- result$tables$columns
+  rows
 }
 
 #' Grow trees into a 3D file

@@ -68,6 +68,7 @@ sub_model_columns <- function(formula, data, contrasts = NULL, what = "a sub-mod
   labels <- character()
   factors <- character()
   coded <- list()
+  codings <- list()
   for (term in seq_along(attr(terms, "term.labels"))) {
     codes <- matrix[, term]
     columns <- list(list(text = "", label = ""))
@@ -76,11 +77,12 @@ sub_model_columns <- function(formula, data, contrasts = NULL, what = "a sub-mod
       if (is.null(coded[[key]])) coded[[key]] <- variable_columns(variables[[i]], codes[i] == 2, data, environment(formula), contrasts, what)
       columns <- crossed(columns, coded[[key]])
       factors <- c(factors, coded[[key]]$factor)
+      codings <- utils::modifyList(codings, as.list(coded[[key]]$coding))
     }
     texts <- c(texts, vapply(columns, `[[`, "", "text"))
     labels <- c(labels, vapply(columns, `[[`, "", "label"))
   }
-  list(intercept = attr(terms, "intercept") == 1, texts = texts, labels = labels, factors = unique(factors),
+  list(intercept = attr(terms, "intercept") == 1, texts = texts, labels = labels, factors = unique(factors), codings = codings,
        offsets = lapply(variables[offsets], function(one) with_arguments_in_order(one, "offset", what)[[2]]))
 }
 
@@ -119,7 +121,7 @@ variable_columns <- function(variable, has_all_levels, data, environment, contra
   if (!is.null(factor_name)) {
     if (!factor_name %in% names(data)) stop_no_column(factor_name, data, what)
     if (is.name(variable) && is.logical(data[[factor_name]])) {
-      return(truth_columns(expression_text(as.name(factor_name)), name, has_all_levels))
+      return(truth_columns(expression_text(as.name(factor_name)), name, has_all_levels, contrasts[[factor_name]], factor_name))
     }
     if (!is.name(variable) || is.factor(data[[factor_name]]) || is.character(data[[factor_name]])) {
       return(factor_columns(factor_name, name, has_all_levels, data, contrasts))
@@ -166,33 +168,42 @@ is_comparison <- function(variable) {
 # Whether the values are TRUE or FALSE, which R takes for a factor, as in I(dbh > 20).
 is_truth <- function(variable, data, environment) is.logical(tryCatch(eval(variable, data, environment), error = function(e) NULL))
 
-truth_columns <- function(text, name, has_all_levels) {
-  if (!has_all_levels) return(list(texts = text, labels = paste0(name, "TRUE")))
-  list(texts = c(paste0("I(1 - ", text, ")"), text), labels = paste0(name, c("FALSE", "TRUE")))
+# \param chosen  contrasts of the user; NULL: those of the options
+truth_columns <- function(text, name, has_all_levels, chosen = NULL, column = NULL) {
+  parts <- c(paste0("(1 - ", text, ")"), text)
+  coded <- coded_columns(c(FALSE, TRUE), has_all_levels, chosen)
+  texts <- vapply(seq_len(ncol(coded)), function(j) if (all(coded[, j] == c(0, 1))) text else weighted_text(parts, coded[, j]), "")
+  list(texts = texts, labels = paste0(name, colnames(coded)), coding = coding_of(coded, has_all_levels, column))
 }
 
 factor_columns <- function(column, name, has_all_levels, data, contrasts) {
   values <- data[[column]]
   values <- if (is.factor(values) && nlevels(values) == length(unique(values[!is.na(values)]))) values else factor(values)
   if (nlevels(values) < 2) stop_input("the factor '", column, "' has one level only; a sub-model needs two", column = column)
-  chosen <- contrasts[[column]]
-  if (!is.null(chosen)) values <- stats::`contrasts<-`(values, value = chosen)
-  coding <- if (has_all_levels) diag(nlevels(values)) else stats::contrasts(values)
-  labels <- colnames(coding)
-  if (has_all_levels) labels <- levels(values)
-  if (is.null(labels)) labels <- seq_len(ncol(coding))
-  texts <- vapply(seq_len(ncol(coding)), function(j) coded_text(column, levels(values), coding[, j]), "")
-  list(texts = texts, labels = paste0(name, labels), factor = column)
+  coded <- coded_columns(values, has_all_levels, contrasts[[column]])
+  comparisons <- paste0("(", expression_text(as.name(column)), " == ", vapply(levels(values), string_text, ""), ")")
+  texts <- vapply(seq_len(ncol(coded)), function(j) weighted_text(comparisons, coded[, j]), "")
+  list(texts = texts, labels = paste0(name, colnames(coded)), factor = column, coding = coding_of(coded, has_all_levels, column))
 }
 
-# A column of a contrast matrix as comparisons with the levels.
-coded_text <- function(column, levels, weights) {
-  comparisons <- paste0("(", expression_text(as.name(column)), " == ", vapply(levels, string_text, ""), ")")
+# The columns of model.matrix() for the levels of a factor.
+coded_columns <- function(values, has_all_levels, chosen) {
+  if (!is.factor(values)) values <- factor(values)
+  if (!is.null(chosen)) values <- stats::`contrasts<-`(values, value = chosen)
+  coded <- if (has_all_levels) diag(nlevels(values)) else stats::contrasts(values)
+  if (has_all_levels) colnames(coded) <- levels(values)
+  if (is.null(colnames(coded))) colnames(coded) <- seq_len(ncol(coded))
+  coded
+}
+
+coding_of <- function(coded, has_all_levels, column) if (!has_all_levels && !is.null(column)) stats::setNames(list(coded), column)
+
+# A column of a contrast matrix as a sum of parts, one for each level.
+weighted_text <- function(parts, weights) {
   used <- which(weights != 0)
-  if (length(used) == 1 && weights[used] == 1) return(comparisons[used])
-  parts <- ifelse(weights[used] == 1, comparisons[used],
-                  paste0(vapply(weights[used], number_text, ""), "*", comparisons[used]))
-  paste0("I(", gsub("+ -", "- ", paste(parts, collapse = " + "), fixed = TRUE), ")")
+  if (length(used) == 1 && weights[used] == 1) return(if (grepl("^\\(1 - ", parts[used])) paste0("I", parts[used]) else parts[used])
+  terms <- ifelse(weights[used] == 1, parts[used], paste0(vapply(weights[used], number_text, ""), "*", parts[used]))
+  paste0("I(", gsub("+ -", "- ", paste(terms, collapse = " + "), fixed = TRUE), ")")
 }
 
 stop_no_column <- function(name, data, what) {
@@ -207,6 +218,7 @@ sub_models <- function(formulas, data, contrasts) {
   factors <- character()
   labels <- character()
   offsets <- list()
+  codings <- list()
   coefficients <- character()
   for (parameter in names(formulas)) {
     columns <- sub_model_columns(formulas[[parameter]], data, contrasts, paste("the sub-model of", parameter))
@@ -218,9 +230,10 @@ sub_models <- function(formulas, data, contrasts) {
     }
     coefficients <- c(coefficients, if (columns$intercept) parameter, if (length(columns$texts) > 0) paste0(parameter, ":", columns$texts))
     factors <- c(factors, columns$factors)
+    codings <- utils::modifyList(codings, columns$codings)
     offsets[[parameter]] <- columns$offsets
     is_renamed <- columns$texts != columns$labels
     labels <- c(labels, stats::setNames(paste0(parameter, ":", columns$labels), paste0(parameter, ":", columns$texts))[is_renamed])
   }
-  list(texts = texts, factors = unique(factors), labels = labels, offsets = offsets, coefficients = coefficients)
+  list(texts = texts, factors = unique(factors), labels = labels, offsets = offsets, coefficients = coefficients, codings = codings)
 }

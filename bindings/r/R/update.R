@@ -55,9 +55,13 @@ updated_formula <- function(formula, old) {
   for (side in 2:3) {
     whole <- if (is.call(old[[side]])) call("(", old[[side]]) else old[[side]]
     formula[[side]] <- strip_parentheses(do.call(substitute, list(formula[[side]], list(. = whole))))
+    # Bars are terms of the whole sum.
+    if (any(vapply(summands(formula[[side]]), is_bar, NA))) formula[[side]] <- Reduce(function(a, b) call("+", a, b), lapply(summands(formula[[side]]), bar_in_parentheses))
   }
   formula
 }
+
+bar_in_parentheses <- function(term) if (is_bar(term)) call("(", term) else term
 
 # The data of the fit, or what has their name now if it only has further columns.
 data_for_update <- function(object, frame) {

@@ -41,6 +41,7 @@ ReportMaker::ReportMaker(const StandReportOptions& options,
       domains_(options.by, options.class_width_cm) {
   options_.units.is_part = is_part_;
   options_.units.plot_area_m2 = options_.plot_area_m2;
+  refuse_two_strata(options_.stratum, options_.design.plots);
   stratum_sizes_ = options_.stratum_areas_ha;
   report_.layers = options_.species.layers;
   report_.dominant_trees_per_ha = options_.species.dominant_trees_per_ha;

@@ -229,8 +229,12 @@ void GrowthMaker::add_tree(const Period& period, const TreeInPeriod& tree) {
     growth.quantities_per_year.push_back(
         (at(quantity.values, tree.end) - at(quantity.values, tree.start)) / years);
   }
-  const bool is_in_both = tree.start != kNoTreeRow && tree.end != kNoTreeRow;
+  const auto has_species = [this](std::size_t row) {
+    return row != kNoTreeRow && !living_.species.is_missing(row);
+  };
+  const bool is_in_both = has_species(tree.start) && has_species(tree.end);
   if (is_in_both && living_.species[tree.start] != living_.species[tree.end]) {
+    growth.is_renamed = true;
     renamed_.push_back(fmt::format("plot {}, tree {} ({} in {}, {} in {})",
                                    plot.plot,
                                    growth.tree,
@@ -397,6 +401,7 @@ void GrowthMaker::add_plots() {
 void GrowthMaker::check_density() const {
   if (options_.trust_units) return;
   check_increments(report_, inventory_.file);
+  refuse_other_trees(report_, inventory_.file);
   constexpr std::size_t kNumber = 0;  // of GrowthReport::values
   constexpr std::size_t kBasalArea = 1;
   const Place place{.file = inventory_.file,

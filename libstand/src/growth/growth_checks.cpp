@@ -97,6 +97,37 @@ void check_visits(const std::vector<MeasuredPlot>& plots, const std::string& fil
       {.file = file, .column = "tree"});
 }
 
+void refuse_other_trees(const GrowthReport& report, const std::string& file) {
+  // One or two trees may be errors.
+  constexpr std::size_t kFewest = 3;
+  std::size_t survivors = 0;
+  std::size_t others = 0;
+  std::string first;
+  for (const TreeGrowth& tree : report.trees) {
+    if (tree.fate != TreeFate::kSurvivor || tree.is_interpolated) continue;
+    ++survivors;
+    const bool is_other = tree.is_renamed ||
+                          tree.dbh_end_cm < (1.0 - kLargestLoss) * tree.dbh_start_cm ||
+                          tree.dbh_cm_per_year > kFastestCmPerYear;
+    if (is_other && others++ == 0) {
+      first = fmt::format("plot {}, tree {}, {} to {}", tree.plot, tree.tree, tree.from, tree.to);
+    }
+  }
+  if (survivors < kFewest || 2 * others <= survivors) return;
+  throw InputError(
+      fmt::format(
+          "{} of {} trees are others at the end of a period: of another species, thinner by "
+          "more than {:g} % or thicker by more than {} cm per year (the first: {}); trees "
+          "must keep their numbers, and `columns=tree=COLUMN` names their column; if only "
+          "the codes of the species changed, give them the same ones",
+          others,
+          survivors,
+          100.0 * kLargestLoss,
+          kFastestCmPerYear,
+          first),
+      {.file = file, .column = "tree"});
+}
+
 void check_increments(const GrowthReport& report, const std::string& file) {
   // Single trees have errors of all sizes.
   constexpr std::size_t kFewest = 3;

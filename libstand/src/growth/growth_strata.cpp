@@ -128,6 +128,7 @@ std::vector<StratumGrowth> PeriodEstimator::strata(const std::map<std::string, d
 
 /// By the table of plots, or a column of the trees.
 void GrowthMaker::find_strata() {
+  refuse_two_strata(options_.stratum, options_.design.plots);
   stratum_sizes_ = options_.stratum_areas_ha;
   strata_settings_ = options_.strata;
   if (!options_.stratum.empty()) {

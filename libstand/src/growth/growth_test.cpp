@@ -323,14 +323,15 @@ TEST_CASE("Parts of one visit are not times of their own") {
   const std::string start = "1,1,2000-06-01,20\n1,2,2000-06-01,30\n1,3,2000-06-01,25\n";
   const std::string end = "1,1,2005-06-01,22\n1,2,2005-06-01,32\n1,3,2005-06-01,27\n";
   CHECK_NOTHROW(growth_of(start + end));
-  // A tree measured again after two weeks, one that was measured on the next day, and a campaign
-  // of two years.
+  // A tree measured again after two weeks, and a campaign of two years.
   CHECK_THROWS_WITH(
       growth_of(start + "1,1,2000-06-15,20.1\n" + end),
       Contains("2000-06-15 after 2000-06-01 seems to be no visit of its own: 1 of 3 trees"));
-  CHECK_THROWS_WITH(
-      growth_of(start + "1,4,2000-06-02,18\n" + end + "1,4,2005-06-01,19\n"),
-      Contains("0 of 3 trees of the time before have a row, and 1 tree has one in all"));
+  // A tree measured on the next day is of the visit: 4 trees on 500 m2 are 80 / ha.
+  const PlotGrowth next_day =
+      growth_of(start + "1,4,2000-06-02,18\n" + end + "1,4,2005-06-01,19\n").plots.at(0);
+  CHECK(value_of(next_day, 0, GrowthPart::kStart) == Approx(80.0).epsilon(1e-13));
+  CHECK(value_of(next_day, 0, GrowthPart::kIngrowth) == 0.0);
   CHECK_THROWS_WITH(
       growth_of(start + "1,4,2001-06-01,18\n" + end + "1,4,2005-06-01,19\n"),
       Contains("0 of 3 trees that live before and after have a row, and others are new"));
@@ -396,6 +397,12 @@ TEST_CASE("Years and dates of measurements") {
   CHECK(*years_of("2024-01-01") - *years_of("2019-01-01") == Approx(1826 / 365.25).epsilon(1e-12));
   CHECK(years_of("30.06.2019") == years_of("2019-06-30"));
   CHECK(years_of("2019/06/30") == years_of("2019-06-30T12:00:00"));
+  for (const char* const date : {"2019-JUN-30", "30-Jun-2019", "30 June 2019", "30.june.2019"}) {
+    CHECK(years_of(date) == years_of("2019-06-30"));
+  }
+  CHECK(years_of("05-OCT-2019 10:00") == years_of("2019-10-05"));
+  CHECK(!years_of("2019-JUX-30"));
+  CHECK(!years_of("2019-ANF-30"));
   CHECK(!years_of("2019-02-30"));
   CHECK(!years_of("spring"));
   CHECK(!years_of("12"));
@@ -450,7 +457,7 @@ TEST_CASE("A survivor that stands elsewhere may be another tree") {
   CHECK_FALSE(tells(growth_report(moved(7.9).inventory, {}).notes, "nearest neighbor"));
 }
 
-TEST_CASE("Days of one visit, and trees that are numbered anew, are refused") {
+TEST_CASE("Days of one visit are joined, and trees that are numbered anew are refused") {
   // The same four trees, the first two measured on 3 May, the others on 4 May.
   const auto rows = [](const char* first, const char* second, int add) {
     std::string text;
@@ -466,14 +473,50 @@ TEST_CASE("Days of one visit, and trees that are numbered anew, are refused") {
     options.plot_area_m2 = 400.0;
     return growth_report(measured(head + text).inventory, options);
   };
-  CHECK_THROWS_WITH(
-      growth(rows("2010-05-03", "2010-05-04", 0) + rows("2015-05-03", "2015-05-04", 0)),
-      Contains("2010-05-04 after 2010-05-03 seems to be no visit of its own: 0 of 2 trees"));
+  // Two days of three years each, by 365.25 days a year: the means are 1826 days apart, too.
+  const GrowthReport joined =
+      growth(rows("2010-05-03", "2010-05-04", 0) + rows("2015-05-03", "2015-05-04", 0));
+  REQUIRE(joined.trees.size() == 4);
+  CHECK(joined.trees.front().years == Approx(1826 / 365.25).epsilon(1e-12));
+  CHECK(tells(joined.notes, "2 days on which no tree was measured twice are of the visit"));
   CHECK_THROWS_WITH(
       growth(rows("2010-05-03", "2010-05-03", 0) + rows("2015-05-03", "2015-05-03", 4)),
       Contains("trees must keep their numbers"));
   CHECK(growth(rows("2010-05-03", "2010-05-03", 0) + rows("2010-06-03", "2010-06-03", 0))
             .trees.size() == 4);
+}
+
+TEST_CASE("Growth of numbers that are other trees' later is refused") {
+  const auto growth = [](const char* second) {
+    return growth_report(
+        measured(std::string("plot,tree,species,year,dbh\n1,1,fir,2010,20\n1,2,fir,2010,30\n"
+                             "1,3,oak,2010,25\n") +
+                 second)
+            .inventory,
+        {.plot_area_m2 = 400.0});
+  };
+  CHECK_THROWS_WITH(growth("1,1,oak,2015,24\n1,2,oak,2015,31\n1,3,oak,2015,26\n"),
+                    Contains("2 of 3 trees are others at the end of a period"));
+  CHECK_THROWS_WITH(growth("1,1,fir,2015,12\n1,2,fir,2015,90\n1,3,oak,2015,26\n"),
+                    Contains("2 of 3 trees are others at the end of a period"));
+  // A missing species is not another one.
+  const GrowthReport report = growth("1,1,,2015,21\n1,2,,2015,31\n1,3,,2015,26\n");
+  CHECK_FALSE(tells(report.notes, "another species"));
+}
+
+TEST_CASE("Codes of trees without a dbh that count as living are named") {
+  InventoryOptions options;
+  options.keeps_measurements = true;
+  const auto notes = [&](const char* codes) {
+    return read_inventory(csv_of(std::string("plot,tree,year,dbh,codes\n1,1,2010,20,M\n"
+                                             "1,2,2010,30,\n1,1,2015,21,M\n1,2,2015,,") +
+                                 codes + "\n"),
+                          options)
+        .notes;
+  };
+  CHECK(tells(notes("D;S"),
+              "of 1 row without a dbh that count as living, 1 has D;S in column codes"));
+  CHECK_FALSE(tells(notes("M"), "no tree with a dbh has"));
 }
 
 TEST_CASE("A status that is the same in all rows of a tree is that of the last visit") {

@@ -96,6 +96,20 @@ void find_sizes(const PlotTable& plots, DesignStrata& result) {
 
 }  // namespace
 
+void refuse_two_strata(const std::string& column, const std::optional<PlotTable>& plots) {
+  if (column.empty() || !plots || !plots->has_stratum) return;
+  const auto has_size = [](const PlotRecord& record) {
+    return !std::isnan(record.stratum_ha) || !std::isnan(record.stratum_weight);
+  };
+  if (std::ranges::none_of(plots->plots, has_size)) return;
+  throw UsageError(
+      fmt::format("the table of plots has strata with their areas or weights, which strata by the "
+                  "column {} of the trees would not have; omit `stratum`, and name the column of "
+                  "the table of plots with `plots_columns=stratum=COLUMN`",
+                  column),
+      {.file = plots->file, .column = "`stratum`"});
+}
+
 DesignStrata strata_of_plots(const PlotTable& plots,
                              const std::vector<SampledArea>& areas,
                              const std::map<std::string, double>& sizes_ha) {

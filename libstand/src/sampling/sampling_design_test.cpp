@@ -44,6 +44,14 @@ bool says(const std::vector<std::string>& notes, const std::string& text) {
 
 }  // namespace
 
+TEST_CASE("Strata by a column of the trees are refused beside a table of plots with others") {
+  const Inventory trees =
+      read_inventory_text("plot,tree,dbh,zone\n1,1,20,A\n2,1,30,B\n", {.keep = {"zone"}}).inventory;
+  StandReportOptions options{.stratum = "zone"};
+  options.design.plots = plots_of("plot,area,stratum,stratum_area\n1,1000,A,30\n2,1000,B,60\n");
+  CHECK_THROWS_WITH(stand_report(trees, options), Contains("omit `stratum`"));
+}
+
 TEST_CASE("FIA's subplots and microplots have the published factors TPA_UNADJ") {
   // Bechtold and Patterson 2005: four subplots of 24.0 ft and microplots of 6.8 ft; FIADB User
   // Guide, TREE.TPA_UNADJ: 6.018046 and 74.965282 trees per acre.

@@ -161,6 +161,10 @@ const ColumnMapping* mapping_to(std::string_view name, const std::vector<ColumnM
   return found == mappings.end() ? nullptr : &*found;
 }
 
+bool is_no_column(const ColumnMapping& mapping, const std::vector<std::string>& header) {
+  return mapping.source == "NA" && !field_named(mapping.source, header);
+}
+
 std::optional<std::size_t> field_named(std::string_view name,
                                        const std::vector<std::string>& header) {
   const auto found = std::ranges::find(header, name);
@@ -192,6 +196,7 @@ std::optional<ColumnMapping> source_of(const std::string& name,
                                        const std::vector<ColumnMapping>& mapped,
                                        const std::string& file) {
   if (const ColumnMapping* const mapping = mapping_to(name, mapped)) {
+    if (is_no_column(*mapping, header)) return std::nullopt;
     return in_our_unit(*mapping, header, units);
   }
   const auto is_it = [&name](const std::string& known) { return known == name; };
@@ -372,6 +377,7 @@ std::vector<std::size_t> fields_of(const std::string& name,
     return fields;
   };
   const ColumnMapping* const mapping = mapping_to(name, mapped);
+  if (mapping != nullptr && is_no_column(*mapping, header)) return {};
   std::vector<std::size_t> fields = find(mapping == nullptr ? name : mapping->source);
   if (!fields.empty()) return fields;
   const auto is_it = [&name](const std::string& known) { return known == name; };
@@ -385,6 +391,7 @@ std::optional<std::string> status_column(const std::vector<std::string>& header,
                                          DeadTrees dead,
                                          const std::string& file) {
   if (const ColumnMapping* const mapping = mapping_to(kStatus, mappings)) {
+    if (is_no_column(*mapping, header)) return std::nullopt;
     require_column(*mapping, header, file);
     return mapping->source;
   }

@@ -20,6 +20,9 @@ namespace silvafit::stand {
 std::optional<std::size_t> field_named(std::string_view name,
                                        const std::vector<std::string>& header);
 
+/// Whether the user says that the table has no such column: x=NA, unless NA is a column.
+bool is_no_column(const ColumnMapping& mapping, const std::vector<std::string>& header);
+
 /// The unit of a column, by its header, by a row of units or by the description of the table.
 std::optional<LengthUnit> unit_of_field(std::size_t field,
                                         const std::vector<std::string>& header,

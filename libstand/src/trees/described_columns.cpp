@@ -96,6 +96,7 @@ void Describer::add_source(const std::string& name, const std::string& source) {
 void Describer::find_sources() {
   const auto& units = reader_.layout().units;
   for (const ColumnMapping& mapping : options_.columns) {
+    if (is_no_column(mapping, header())) continue;
     add_source(mapping.name, in_our_unit(mapping, header(), units).source);
   }
   for (const TreeColumn& column : tree_columns()) {

@@ -15,6 +15,7 @@
 #include "silvafit/base/median.hpp"
 #include "silvafit/data/missing_codes.hpp"
 #include "silvafit/stand/size_units.hpp"
+#include "trees/measurement_time.hpp"
 
 namespace silvafit::stand {
 namespace {
@@ -259,8 +260,20 @@ struct PlotDensity {
   }
 };
 
+/// Of plots with several visits each visit is a plot.
+Inventory by_visit(Inventory inventory) {
+  data::TextColumn visits;
+  for (std::size_t row = 0; row < inventory.size(); ++row) {
+    visits.append(label_at_time(inventory.plot[row], inventory.time[row]));
+  }
+  inventory.plot = std::move(visits);
+  inventory.time = {};
+  return inventory;
+}
+
 std::optional<PlotDensity> density_of(const Inventory& inventory) {
   if (!inventory.has_coordinates()) return std::nullopt;
+  if (inventory.time.size() > 0) return density_of(by_visit(inventory));
   std::vector<double> stems;
   std::vector<double> basal_areas;
   for (const PlotSummary& plot : summarize_plots(inventory)) {
@@ -283,7 +296,8 @@ void check_positions(const Inventory& inventory, const ColumnPlan& plan) {
   if (std::isinf(density->trees_per_ha)) {
     throw InputError(
         "all trees of a plot stand on one point or line; are these the positions of trees? Name "
-        "the right columns with `columns=x=COLUMN,y=COLUMN`",
+        "the right columns with `columns=x=COLUMN,y=COLUMN`; if there are none, use "
+        "`columns=x=NA,y=NA`",
         {.file = inventory.file, .column = columns});
   }
   if (density->trees_per_ha >= 30.0 || density->basal_area_m2 >= 1.0) return;
@@ -330,10 +344,12 @@ void check_crowding(const Inventory& inventory, const std::string& columns) {
   // A row of trees has no area.
   if (!density || std::isinf(density->trees_per_ha)) return;
   if (density->basal_area_m2 <= 1000.0 && density->trees_per_ha <= 1e6) return;
-  throw InputError(density->text() +
-                       "; they should be meters (and not in degrees or kilometers); if they are "
-                       "right, use `trust_units=true`",
-                   {.file = inventory.file, .column = columns});
+  throw InputError(
+      density->text() +
+          "; they should be meters (and not in degrees or kilometers), and of one plot "
+          "(name its column with `columns=plot=COLUMN`); without positions, use "
+          "`columns=x=NA,y=NA`; if they are right, use `trust_units=true`",
+      {.file = inventory.file, .column = columns});
 }
 
 double crown_width_m(const Measures& row) {

@@ -68,7 +68,7 @@ class Planner {
 /// Field of the column that is mapped to a name; none if there is no such mapping.
 std::optional<std::size_t> Planner::mapped_field(std::string_view name) const {
   const ColumnMapping* const mapping = mapping_to(name, options_.columns);
-  if (mapping == nullptr) return std::nullopt;
+  if (mapping == nullptr || is_no_column(*mapping, header_)) return std::nullopt;
   require_column(*mapping, header_, file_);
   return field_named(mapping->source);
 }
@@ -91,6 +91,7 @@ Source Planner::mapped(const ColumnMapping& mapping) const {
 /// As mapped, or as found; a measure in our unit.
 Source Planner::source_of(const std::string& name) {
   if (const ColumnMapping* const mapping = mapping_to(name, options_.columns)) {
+    if (is_no_column(*mapping, header_)) return {};
     ColumnMapping ours = in_our_unit(*mapping, header_, units_);
     if (ours.source != mapping->source) usual_.push_back(ours);
     return mapped(ours);
@@ -110,8 +111,7 @@ std::optional<std::size_t> Planner::time_field() const {
                      {.file = file_, .column = "`period`"});
   }
   for (const std::string_view name : {"year", "date"}) {
-    if (const auto field = mapped_field(name)) return field;
-    if (const auto field = field_in_any_case(name, header_)) return field;
+    if (mapping_to(name, options_.columns) != nullptr) return mapped_field(name);
   }
   const auto column = usual_time_column(header_);
   return column ? field_named(*column) : std::nullopt;
@@ -240,7 +240,7 @@ void Planner::collect_others(ColumnPlan& plan) const {
     return column != nullptr && name != "status";
   };
   for (const ColumnMapping& mapping : options_.columns) {
-    if (is_ours(mapping.name)) continue;
+    if (is_ours(mapping.name) || is_no_column(mapping, header_)) continue;
     if (options_.refuses_unread) refuse_unread(mapping.name);
     mapped(mapping);  // reports missing columns at once
     plan.others.push_back(mapping);

@@ -48,7 +48,12 @@ std::vector<std::string> InventoryReader::recognized() const {
   texts.push_back(spellings_.note());
   texts.push_back(note_on_dead());
   texts.push_back(describe_unread_columns(csv_.header(), options_.columns, file_));
-  for (const StatusWords& column : unread_) texts.push_back(column.note());
+  for (const StatusWords& column : unread_) {
+    texts.push_back(column.note());
+    if (without_dbh_ > 0 && !plan_.status_field) {
+      texts.push_back(column.note_without_dbh(without_dbh_));
+    }
+  }
   std::erase(texts, "");
   return texts;
 }
@@ -79,10 +84,12 @@ void InventoryReader::refuse_tally() const {
   throw InputError(
       fmt::format("the column {} may be the number of trees of each row, but a row is one tree: "
                   "give the trees per hectare of a row with `expansion`, such as "
-                  "`columns=each={}*10000/AREA` and `expansion=each`; if a row is one tree, use "
-                  "`trust_units=true`",
+                  "`columns=each={}*10000/AREA` and `expansion=each`; {}",
                   name,
-                  data::Expression::variable(name).text()),
+                  data::Expression::variable(name).text(),
+                  plan_.labels[kTree].exists()
+                      ? std::string("if a row is one tree, use `trust_units=true`")
+                      : fmt::format("if it numbers the trees, use `columns=tree={}`", name)),
       {.file = file_, .column = name});
 }
 
@@ -109,7 +116,15 @@ std::vector<std::string> InventoryReader::notes() const {
   if (!empty_plots.empty()) notes.push_back(std::move(empty_plots));
   for (std::string& note : repeated_numbers_.notes()) notes.push_back(std::move(note));
   if (!plan_.labels[kPlot].exists()) {
-    notes.push_back(fmt::format("no column plot: all trees are in one plot, '{}'", kOnlyPlot));
+    std::vector<std::string> units;
+    for (const std::size_t field : plan_.unit_fields) units.push_back(csv_.header()[field]);
+    notes.push_back(fmt::format("no column plot: all trees are in one plot, '{}'{}",
+                                kOnlyPlot,
+                                units.empty() ? ""
+                                              : fmt::format("; if {} names the plots, use "
+                                                            "`columns=plot={}`",
+                                                            data::list_of(units),
+                                                            units.front())));
   }
   if (!plan_.labels[kTree].exists()) {
     notes.emplace_back("no column tree: trees are numbered by row");
@@ -137,9 +152,14 @@ std::vector<std::string> InventoryReader::notes() const {
   }
   if (without_dbh_ > 0) {
     notes.push_back(
-        fmt::format("{} without dbh: neighbors of others, but not core trees, and not "
-                    "in summaries and models",
-                    counted(without_dbh_, "tree is", "trees are")));
+        options_.keeps_measurements
+            ? fmt::format(
+                  "{} no dbh: {} among the stems, but not in the basal area",
+                  counted(without_dbh_, "row of a living tree has", "rows of living trees have"),
+                  without_dbh_ == 1 ? "it counts" : "they count")
+            : fmt::format("{} without dbh: neighbors of others, but not core trees, and not "
+                          "in summaries and models",
+                          counted(without_dbh_, "tree is", "trees are")));
   }
   if (without_species_ > 0)
     notes.push_back(counted(without_species_, "tree has no species", "trees have no species"));

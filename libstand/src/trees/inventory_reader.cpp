@@ -187,7 +187,8 @@ void InventoryReader::accept_or_exclude(InventoryRow& row) {
   }
   has_cw_from_radii_ = has_cw_from_radii_ || is_cw_from_radii;
   if (status == TreeStatus::kAlive) {
-    for (const auto& [column, word] : row.status_words) unread_[column].count(*word);
+    const bool has_dbh = !std::isnan(row.measures[kDbh]);
+    for (const auto& [column, word] : row.status_words) unread_[column].count(*word, has_dbh);
   }
   append(row, status);
 }

@@ -45,7 +45,7 @@ struct InventoryRow {
   std::string status{};              ///< as time
   std::string measured_plot{};       ///< with InventoryOptions::period: the plot, without the time
   /// Words of dead or cut trees, with their positions in ColumnPlan::unread.
-  std::vector<std::pair<std::size_t, const std::string*>> status_words{};
+  std::vector<std::pair<std::size_t, StatusWords::Entry*>> status_words{};
   Measures measures{};
   std::vector<ExcludedRow> unreadable{};  ///< fields that should be numbers but are not
 };

@@ -181,9 +181,12 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
   if (plan_.status_field) row.status = data::trimmed(fields[*plan_.status_field]);
   count_tally(fields);
   row.status_words.clear();
+  const bool may_lack_status = options_.keeps_measurements && !plan_.status_field;
   for (std::size_t i = 0; i < plan_.unread.size(); ++i) {
-    const std::string* const word = unread_[i].find(data::trimmed(fields[plan_.unread[i]]));
-    if (word != nullptr) row.status_words.emplace_back(i, word);
+    auto* const word = unread_[i].find(data::trimmed(fields[plan_.unread[i]]));
+    if (word != nullptr && (word->second.is_gone || may_lack_status)) {
+      row.status_words.emplace_back(i, word);
+    }
   }
   for (std::size_t i = 0; i < kMeasureCount; ++i) {
     const Source& source = plan_.measures[i];

@@ -557,6 +557,21 @@ TEST_CASE("saplings, giants and sparse woods pass the check of units") {
   CHECK_NOTHROW(read_inventory_text("dbh\n30\n40\n"));
 }
 
+TEST_CASE("NA says that a table has no column of a standard name") {
+  const char* const text = "X,Y,dbh,n,year\n-123.1,44.1,20,1,1\n-123.1,44.1,30,2,1\n";
+  const CheckedInventory checked =
+      read_inventory_text(text, {.columns = parse_column_mappings("x=NA,y=NA,year=NA,tree=n")});
+  CHECK_FALSE(checked.inventory.has_coordinates());
+  CHECK(checked.inventory.tree[1] == "2");
+  CHECK(checked.inventory.time.size() == 0);
+  CHECK_THROWS_WITH(read_inventory_text(text), Contains("`columns=tree=n`"));
+}
+
+TEST_CASE("the unit of sizes that no tree has is offered") {
+  CHECK_THROWS_WITH(read_inventory_text("dbh,h\n149,118\n133,107\n180,151\n"),
+                    Contains("if it is in dm, use `columns=h=h/10`"));
+}
+
 TEST_CASE("a size that no tree has is refused, and a note if units are trusted") {
   const char* const text = "plot,tree,dbh,h\n7,1,20,15\n7,2,21,160\n7,3,22,16\n";
   CHECK_THROWS_WITH(read_inventory_text(text),

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "trees/known_tables.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <array>
 #include <utility>
@@ -33,7 +36,8 @@ KnownHeader header_of(const JsonReader& json) {
 }
 
 void read_status(const JsonReader& json, KnownTable& table) {
-  table.status_column = json.at("column").text();
+  const JsonReader column = json.at("column");
+  table.status_columns = column.is_list() ? column.texts() : std::vector{column.text()};
   for (const auto& [name, status] : kStatuses) {
     if (!json.has(name)) continue;
     for (const std::string& code : json.at(name).texts()) table.status.emplace(code, status);
@@ -176,18 +180,26 @@ std::string_view known_unit(const std::string& column, const Header& header) {
 
 std::optional<std::string> known_status_column(const Header& header) {
   const KnownTable* const table = known_table(header);
-  if (table == nullptr || table->status_column.empty()) return std::nullopt;
-  return column_named(table->status_column, header);
+  if (table == nullptr) return std::nullopt;
+  Header columns;
+  for (const std::string& name : table->status_columns) {
+    if (const auto column = column_named(name, header)) columns.push_back(*column);
+  }
+  if (columns.empty()) return std::nullopt;
+  return columns.size() == 1 ? columns.front() : fmt::format("first({})", fmt::join(columns, ", "));
 }
 
 const KnownTable* known_status_table(std::string_view column, const Header& header) {
+  const auto has_it = [&column](const KnownTable& table) {
+    return std::ranges::any_of(table.status_columns, [&column](const std::string& known) {
+      return are_equal_words(known, column);
+    });
+  };
   const KnownTable* const own = known_table(header);
-  if (own != nullptr && are_equal_words(own->status_column, column)) return own;
+  if (own != nullptr && (has_it(*own) || known_status_column(header) == column)) return own;
   if (are_equal_words(column, "status")) return nullptr;
-  for (const KnownTable& table : known_tables()) {
-    if (!table.status_column.empty() && are_equal_words(table.status_column, column)) return &table;
-  }
-  return nullptr;
+  const auto found = std::ranges::find_if(known_tables(), has_it);
+  return found == known_tables().end() ? nullptr : &*found;
 }
 
 std::optional<TreeStatus> known_status(const KnownTable& table, std::string_view code) {

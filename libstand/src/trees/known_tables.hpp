@@ -32,7 +32,8 @@ struct KnownTable {
   /// with `?` may be missing.
   std::map<std::string, std::vector<std::string>> columns{};
   std::map<std::string, std::string> units{};  ///< by column
-  std::string status_column{};
+  /// Columns of the status; of several the first that is not missing holds.
+  std::vector<std::string> status_columns{};
   std::map<std::string, TreeStatus> status{};  ///< by code
   std::optional<TreeStatus> other_status{};    ///< of all other codes
   /// Headers of tables of plots, and their columns of the label.
@@ -53,7 +54,7 @@ std::vector<ColumnMapping> known_columns(const std::vector<std::string>& header,
 /// The unit of a column of a known table; empty if it is not given.
 std::string_view known_unit(const std::string& column, const std::vector<std::string>& header);
 
-/// The column of the status of a known table.
+/// The column of the status of a known table, or first() of several, which prepared_table() makes.
 std::optional<std::string> known_status_column(const std::vector<std::string>& header);
 
 /// The known table whose column of the status this is; null if there is none. A column called

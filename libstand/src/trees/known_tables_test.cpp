@@ -108,6 +108,18 @@ TEST_CASE("France's IFN is read with circumferences, weights and its codes of de
   CHECK(has_note(read, "2 dead, 0 cut or gone"));
 }
 
+TEST_CASE("The second visit of a plot of France's IFN has its status in VEGET5") {
+  // IGN: at the second visit VEGET and ESPAR are empty; 0 alive, 5 dead, 6 and 7 cut, N not found.
+  const CheckedInventory read = read_known(
+      "CAMPAGNE,IDP,A,ESPAR,VEGET,VEGET5,C13,HTOT,W\n2012,7,1,02,0,,0.942,18.5,39.3\n"
+      "2012,7,2,02,0,,0.628,15.2,88.4\n2012,7,3,09,0,,1.257,21,39.3\n2012,7,4,09,5,,0.5,,88.4\n"
+      "2017,7,1,,,0,1.005,,39.3\n2017,7,2,,,5,0.64,,88.4\n2017,7,3,,,6,,,39.3\n");
+  REQUIRE(read.inventory.size() == 1);
+  CHECK(read.inventory.tree[0] == "1");
+  CHECK(read.inventory.dbh_cm[0] == Approx(100.5 / 3.14159265358979).epsilon(1e-14));
+  CHECK(has_note(read, "2 dead, 1 cut or gone"));
+}
+
 TEST_CASE("ForestGEO's diameters are mm, and stems before and after their time are no trees") {
   const CheckedInventory read = read_known(
       "treeID,stemID,tag,sp,quadrat,gx,gy,MeasureID,CensusID,dbh,ExactDate,DFstatus,status\n"

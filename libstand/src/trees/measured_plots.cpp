@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
 #include "silvafit/data/table.hpp"
 #include "trees/column_times.hpp"
 #include "trees/measurement_time.hpp"
@@ -22,7 +23,7 @@ namespace {
 void add_occasion(MeasuredPlot& plot, double years, const std::string& text) {
   const auto is_same = [years](const Occasion& one) { return is_same_time(one.years, years); };
   if (std::ranges::any_of(plot.occasions, is_same)) return;
-  plot.occasions.push_back({.years = years, .text = text});
+  plot.occasions.push_back({.years = years, .text = text, .first = years, .last = years});
 }
 
 /// The plots so far, by their names.
@@ -101,7 +102,8 @@ std::vector<Occasion> common_occasions(const std::vector<MeasuredPlot>& plots,
   }
   std::vector<Occasion> occasions;
   for (const double year : calendar_years(most)) {
-    occasions.push_back({.years = year, .text = fmt::format("{:.0f}", year)});
+    occasions.push_back(
+        {.years = year, .text = fmt::format("{:.0f}", year), .first = year, .last = year});
   }
   const bool has_equal_times = std::ranges::all_of(plots, [&most](const MeasuredPlot& plot) {
     return std::ranges::equal(plot.occasions, most.occasions, {}, &Occasion::text, &Occasion::text);
@@ -142,6 +144,66 @@ void add_trees(const Inventory& inventory, const std::vector<std::string>& times
   }
 }
 
+std::size_t trees_at(const MeasuredPlot& plot, std::size_t k) {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      plot.trees, [k](const MeasuredTree& tree) { return tree.rows[k].has_value(); }));
+}
+
+/// Whether time k + 1 may be a later day of the visit at time k.
+bool may_be_joined(const MeasuredPlot& plot, std::size_t k) {
+  const Occasion& one = plot.occasions[k];
+  const Occasion& next = plot.occasions[k + 1];
+  if (is_year(one.last) || is_year(next.first)) return false;
+  const bool is_near =
+      next.first - one.last <= kBetweenVisits && next.last - one.first <= kLongestCampaign;
+  return is_near && trees_at(plot, k) > 0 && trees_at(plot, k + 1) > 0 &&
+         std::ranges::none_of(plot.trees, [k](const MeasuredTree& tree) {
+           return tree.rows[k].has_value() && tree.rows[k + 1].has_value();
+         });
+}
+
+void join(MeasuredPlot& plot, std::size_t k) {
+  Occasion& one = plot.occasions[k];
+  const Occasion& next = plot.occasions[k + 1];
+  const auto trees = static_cast<double>(trees_at(plot, k));
+  const auto added = static_cast<double>(trees_at(plot, k + 1));
+  one.years = (trees * one.years + added * next.years) / (trees + added);
+  one.last = next.last;
+  const auto place = static_cast<std::ptrdiff_t>(k) + 1;
+  for (MeasuredTree& tree : plot.trees) {
+    if (tree.rows[k + 1]) tree.rows[k] = tree.rows[k + 1];
+    tree.rows.erase(tree.rows.begin() + place);
+  }
+  plot.occasions.erase(plot.occasions.begin() + place);
+}
+
+/// A large plot takes several days, on which no tree is measured twice.
+void join_days(std::vector<MeasuredPlot>& plots, std::vector<std::string>& notes) {
+  std::size_t joined = 0;
+  std::string first;
+  for (MeasuredPlot& plot : plots) {
+    for (std::size_t k = 0; k + 1 < plot.occasions.size();) {
+      if (!may_be_joined(plot, k)) {
+        ++k;
+        continue;
+      }
+      if (first.empty()) {
+        first = fmt::format(
+            "plot {}: {} and {}", plot.plot, plot.occasions[k].text, plot.occasions[k + 1].text);
+      }
+      join(plot, k);
+      ++joined;
+    }
+  }
+  if (joined == 0) return;
+  notes.push_back(fmt::format(
+      "{} on which no tree was measured twice {} of the visit that began before {} ({})",
+      counted(joined, "day", "days"),
+      joined == 1 ? "is" : "are",
+      joined == 1 ? "it" : "them",
+      first));
+}
+
 double between(double first, double second, double share) {
   return first + share * (second - first);
 }
@@ -152,7 +214,10 @@ std::optional<std::size_t> occasion_at(const MeasuredPlot& plot, const std::stri
   const std::optional<double> years = years_of(time);
   if (!years) return std::nullopt;
   std::vector<double> occasions;
-  for (const Occasion& one : plot.occasions) occasions.push_back(one.years);
+  for (const Occasion& one : plot.occasions) {
+    // A day of a visit is the visit.
+    occasions.push_back(std::clamp(*years, one.first, one.last));
+  }
   return same_time(occasions, *years);
 }
 
@@ -181,6 +246,7 @@ std::vector<MeasuredPlot> measured_plots(const Inventory& inventory,
   }
   for (MeasuredPlot& plot : list.plots) std::ranges::sort(plot.occasions, {}, &Occasion::years);
   add_trees(inventory, times, list);
+  join_days(list.plots, notes);
   return std::move(list.plots);
 }
 

@@ -15,8 +15,10 @@ namespace silvafit::stand {
 
 /// A time at which a plot was measured.
 struct Occasion {
-  double years = 0.0;
-  std::string text{};
+  double years = 0.0;  ///< of several days the mean of the trees
+  std::string text{};  ///< of several days the first
+  double first = 0.0;  ///< day, in years; that of `years` for one day
+  double last = 0.0;
 };
 
 /// A tree at the occasions of its plot.
@@ -31,7 +33,8 @@ struct MeasuredPlot {
   std::vector<MeasuredTree> trees{};  ///< in the order of their first rows
 };
 
-/// Sorts an inventory. Times of the table of plots are included, so that plots that have become
+/// Sorts an inventory. Days of one campaign on which no tree was measured twice are one visit, as
+/// for stands. Times of the table of plots are included, so that plots that have become
 /// empty, or were empty, have their periods; plots without trees and time have those of the others.
 /// \param plots  with_times_read(), or null
 /// \param notes  gets how dates such as 5/6/2019 were read

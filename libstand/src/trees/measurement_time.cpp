@@ -3,12 +3,17 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "silvafit/base/words.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/table.hpp"
+#include "silvafit/data/text_formula.hpp"
 
 namespace silvafit::stand {
 namespace {
@@ -70,10 +75,37 @@ std::optional<double> years_of_month(std::string_view date) {
   return years_of_day(*year, *month, kMiddle);
 }
 
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
 /// A text without its time of day.
 std::string_view date_in(std::string_view text) {
   text = data::trimmed(text);
-  return text.substr(0, text.find_first_of(" T"));
+  for (std::size_t i = 1; i < text.size(); ++i) {
+    // The month of 05-OCT-2019 has a T, too.
+    if ((text[i] == ' ' || text[i] == 'T') && is_digit(text[i - 1])) return text.substr(0, i);
+  }
+  return text;
+}
+
+/// 2019-AUG-05, 05-Aug-2019 or 5/August/2019 with the month as a number and the year first; empty
+/// if it is none.
+std::string with_numbered_month(std::string_view date) {
+  const auto is_letter = [](char c) { return (c | 0x20) >= 'a' && (c | 0x20) <= 'z'; };
+  if (std::ranges::none_of(date, is_letter)) return {};
+  constexpr std::string_view kNames = "janfebmaraprmayjunjulaugsepoctnovdec";
+  constexpr std::size_t kLetters = 3;
+  for (const char sign : {'-', '/', '.', ' '}) {
+    const std::vector<std::string_view> parts = data::split_at(date, sign);
+    if (parts.size() != 3 || parts[1].size() < kLetters) continue;
+    const std::string name = in_lower_case(parts[1].substr(0, kLetters));
+    const std::size_t month = kNames.find(name);
+    auto year = digits_of(parts[0]);
+    auto day = digits_of(parts[2]);
+    if (month == std::string_view::npos || month % kLetters != 0 || !year || !day) continue;
+    if (*year < kFirstYear) std::swap(year, day);
+    return fmt::format("{:04}-{:02}-{:02}", *year, month / kLetters + 1, *day);
+  }
+  return {};
 }
 
 /// The parts of a date whose year is the last number, and whose day may be any of the others.
@@ -90,6 +122,11 @@ std::optional<DateParts> parts_with_year_last(std::string_view text) {
 std::optional<double> years_of(std::string_view text) {
   text = data::trimmed(text);
   const std::string_view date = date_in(text);
+  for (const std::string_view part : {text, date}) {
+    if (const std::string numbered = with_numbered_month(part); !numbered.empty()) {
+      return years_of(numbered);
+    }
+  }
   for (const char sign : {'-', '/'}) {
     if (const auto parts = parts_at(date, sign); parts && date.find(sign) == 4) {
       return years_of_day(parts->first, parts->second, parts->third);

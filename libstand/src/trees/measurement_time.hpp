@@ -10,10 +10,16 @@
 
 namespace silvafit::stand {
 
+/// Years between the last day of one campaign and the first one of the next, at least.
+inline constexpr double kBetweenVisits = 0.25;
+
+/// The longest time within which trees are measured for one inventory [years]: two winters.
+inline constexpr double kLongestCampaign = 1.5;
+
 /// A year or date as a number of years: `2019`, `2019-06-30` or `2019/06/30` (with a time of day or
-/// not), `20190630`, `30.06.2019`. A day is 1/365.25 year, so that differences of dates are exact
-/// in days; a year alone is its number, and a month (`06/2019`) is its middle. None if the text is
-/// neither year nor date.
+/// not), `20190630`, `30.06.2019`, `2019-JUN-30`, `30 June 2019`. A day is 1/365.25 year, so that
+/// differences of dates are exact in days; a year alone is its number, and a month (`06/2019`) is
+/// its middle. None if the text is neither year nor date.
 std::optional<double> years_of(std::string_view text);
 
 /// Which number of dates such as 5/6/2019 or 5-6-2019 is the day.

@@ -251,7 +251,8 @@ void PlotTableReader::add(std::string_view name, std::string source, bool is_usu
 void PlotTableReader::find_columns() {
   is_of_trees_ = std::ranges::any_of(header_, [](const std::string& column) {
     const std::optional<MeantName> meant = meant_name(column);
-    return meant && meant->name == "dbh" && meant->fit != NameFit::kVague;
+    return meant && (meant->name == "dbh" || meant->name == "tree") &&
+           meant->fit != NameFit::kVague;
   });
   std::vector<std::string> names(kTexts.begin(), kTexts.end());
   for (const NumberColumn& one : kNumbers) {

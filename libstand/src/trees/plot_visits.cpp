@@ -21,14 +21,8 @@
 namespace silvafit::stand {
 namespace {
 
-/// Years between the last day of one campaign and the first one of the next, at least.
-constexpr double kBetweenVisits = 0.25;
-
 /// Larger numbers are not those of visits; they may be years without their century.
 constexpr double kMostVisits = 50.0;
-
-/// The longest time within which trees are measured for one inventory [years]: two winters.
-constexpr double kLongestCampaign = 1.5;
 
 struct SeenTree {
   std::string_view tree{};

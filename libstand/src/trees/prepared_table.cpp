@@ -15,11 +15,14 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/base/words.hpp"
 #include "silvafit/data/checked_columns.hpp"
 #include "silvafit/data/column_reference.hpp"
 #include "silvafit/data/expression.hpp"
 #include "silvafit/data/text_formula.hpp"
 #include "trees/column_sources.hpp"
+#include "trees/folded_text.hpp"
+#include "trees/known_tables.hpp"
 #include "trees/usual_names.hpp"
 
 namespace silvafit::stand {
@@ -28,6 +31,15 @@ namespace {
 using Names = std::vector<std::string>;
 using Fields = std::vector<std::string_view>;
 using Text = std::shared_ptr<const data::TableText>;
+
+/// The given columns, and the status of a known table.
+std::vector<ColumnMapping> sources_of_columns(const InventoryOptions& options,
+                                              const Names& header) {
+  std::vector<ColumnMapping> sources = options.columns;
+  const auto status = known_status_column(header);
+  if (status && mapping_to("status", sources) == nullptr) sources.push_back({"status", *status});
+  return sources;
+}
 
 /// A text of records without rows.
 data::TableText empty_copy(const data::TableText& text) {
@@ -61,6 +73,8 @@ struct WideColumn {
   std::string name{};       ///< of the new column
   std::string measure{};    ///< the same without a unit
   std::string time_name{};  ///< of the column of the times
+  /// Whether a value shows that the tree was visited; the date of a visit holds for all rows.
+  bool is_of_tree = true;
   std::map<std::string, std::size_t> field_at{};
 };
 
@@ -147,6 +161,12 @@ Visits::Visits(const std::vector<ColumnMapping>& visits, const data::CsvReader& 
   for (std::size_t i = 0; i < old_.size(); ++i) {
     if (!used.contains(i)) kept_.push_back(i);
   }
+  // Columns that are not ours may be dates, too, unless there are no others.
+  const auto is_standard = [](const WideColumn& wide) {
+    return tree_column(wide.measure) != nullptr;
+  };
+  const bool has_standard = std::ranges::any_of(wide_, is_standard);
+  for (WideColumn& wide : wide_) wide.is_of_tree = !has_standard || is_standard(wide);
   const Names made = header();
   for (const std::string& name : made) {
     if (std::ranges::count(made, name) == 1 || name.empty()) continue;
@@ -174,7 +194,8 @@ void Visits::add(const Fields& fields, const data::CsvReader& reader, data::Tabl
     for (const WideColumn& wide : wide_) {
       const auto field = wide.field_at.find(time);
       row.push_back(field == wide.field_at.end() ? std::string_view() : fields[field->second]);
-      is_visited = is_visited || !is_missing_text(row.back(), wide.measure, reader);
+      is_visited =
+          is_visited || (wide.is_of_tree && !is_missing_text(row.back(), wide.measure, reader));
     }
     if (is_visited) add_record(row, reader.line(), text);
   }
@@ -212,8 +233,12 @@ std::vector<ColumnMapping> Visits::unread() const {
   std::vector<ColumnMapping> unread;
   for (const auto& [pattern, columns] : columns_of) {
     const std::size_t open = pattern.find('{');
-    const auto meant =
-        meant_name(pattern.substr(0, open) + pattern.substr(pattern.find('}', open) + 1));
+    const std::string name = pattern.substr(0, open) + pattern.substr(pattern.find('}', open) + 1);
+    const auto meant = meant_name(name);
+    if (has_word("date datum fecha", folded_letters(name))) {
+      unread.push_back({"date", pattern});
+      continue;
+    }
     // One column with a number may be anything.
     const bool is_standard = meant && meant->fit != NameFit::kConverted;
     if (is_standard) unread.push_back({std::string(meant->name), pattern});
@@ -318,7 +343,7 @@ data::Table Preparation::table_of(const Names& columns, Names text_columns) cons
 }
 
 void Preparation::add_texts() {
-  for (const ColumnMapping& mapping : wanted_.columns) {
+  for (const ColumnMapping& mapping : sources_of_columns(wanted_, header())) {
     const auto formula = data::TextFormula::parse(mapping.source, header(), text_->name);
     if (!formula) continue;
     std::set<std::string> units;
@@ -492,19 +517,15 @@ bool makes_columns(const InventoryOptions& options,
   const auto is_text = [&](const ColumnMapping& mapping) {
     return data::TextFormula::parse(mapping.source, header, file).has_value();
   };
-  return !options.visits.empty() || std::ranges::any_of(options.columns, is_text);
+  return !options.visits.empty() ||
+         std::ranges::any_of(sources_of_columns(options, header), is_text);
 }
 
 PreparedTable prepared_table(const data::TableSource& source,
                              const InventoryOptions& options,
                              bool is_part) {
   const bool is_plain = options.where.empty() && options.visits.empty();
-  if (is_plain && options.columns.empty()) return {.table = source};
   if (is_plain) {
-    const bool may_be_text = std::ranges::any_of(options.columns, [](const auto& mapping) {
-      return mapping.source.find_first_of("\"(") != std::string::npos;
-    });
-    if (!may_be_text) return {.table = source};
     const auto* const path = std::get_if<std::filesystem::path>(&source);
     std::error_code ignored;
     // A pipe cannot be read twice.

@@ -47,6 +47,20 @@ TEST_CASE("columns of visits become a row for each time") {
                     Contains("is not a pattern of columns such as DBH_{year}"));
 }
 
+TEST_CASE("the date of a visit makes no row of a tree that was not seen") {
+  const char* const text =
+      "tree,DBH_2019,DBH_2024,Date_2019,Date_2024\n1,20,21,2019-06-01,2024-06-02\n"
+      "2,,11,2019-06-01,2024-06-02\n";
+  const auto trees = [&](const char* visits) {
+    return column(prepared_table(csv(text), {.visits = parse_column_mappings(visits)}).table,
+                  "tree");
+  };
+  CHECK(trees("dbh=DBH_{year},date=Date_{year}") == std::vector<double>{1, 1, 2});
+  CHECK(trees("dbh=DBH_{year},seen=Date_{year}") == std::vector<double>{1, 1, 2});
+  CHECK_THAT(prepared_table(csv(text), {.visits = parse_column_mappings("dbh=DBH_{year}")}).note,
+             Contains("`visits=dbh=DBH_{year},date=Date_{year}`"));
+}
+
 TEST_CASE("columns with the times of visits that are not read are named") {
   const auto visits = parse_column_mappings("dbh=DBH_{year}");
   CHECK_THAT(prepared_table(csv(kWide), {.visits = visits}).note,

@@ -9,6 +9,8 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <string_view>
+#include <utility>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/median.hpp"
@@ -364,6 +366,29 @@ std::string species_in_other_units(const data::TextColumn& species,
 
 namespace {
 
+/// "if it is in mm, use `columns=dbh=dbh/10`; " for the first decimal unit in which no value is too
+/// large and the median is one of trees; empty if there is none.
+std::string advice_on_largest(const SizeColumn& column, double most) {
+  constexpr std::array<std::pair<double, std::string_view>, 3> kOfMeters{
+      {{10.0, "dm"}, {100.0, "cm"}, {1000.0, "mm"}}};
+  constexpr double kLeast = 1.0;
+  const bool is_cm = tree_column(column.name)->unit == "cm";
+  double largest = 0.0;
+  for (const double value : column.values) {
+    if (std::isfinite(value)) largest = std::max(largest, value);
+  }
+  for (const auto& [divisor, unit] : kOfMeters) {
+    if (is_cm && unit != "dm") break;
+    if (largest / divisor > most || positive_median(column.values) / divisor < kLeast) continue;
+    return fmt::format("if it is in {}, use `columns={}={}/{}`; ",
+                       is_cm ? "mm" : unit,
+                       column.name,
+                       column.source,
+                       divisor);
+  }
+  return {};
+}
+
 /// Refuses sizes that no tree has; infinite ones have errors of their own.
 void check_largest(const std::vector<SizeColumn>& columns, const PlaceOfRow& place_of) {
   for (const SizeColumn& column : columns) {
@@ -377,14 +402,15 @@ void check_largest(const std::vector<SizeColumn>& columns, const PlaceOfRow& pla
     Place place = place_of(static_cast<std::size_t>(first - column.values.begin()));
     place.column = column.name;
     throw InputError(
-        fmt::format("{} {} is more than any tree has ({} {}), in {} of {} rows; correct or convert "
-                    "the values; if they are right, use `trust_units=true`",
+        fmt::format("{} {} is more than any tree has ({} {}), in {} of {} rows; {}correct or "
+                    "convert the values; if they are right, use `trust_units=true`",
                     data::shortest(*first),
                     known->unit,
                     known->range.largest,
                     known->unit,
                     std::ranges::count_if(column.values, is_too_large),
-                    column.values.size()),
+                    column.values.size(),
+                    advice_on_largest(column, known->range.largest)),
         place);
   }
 }

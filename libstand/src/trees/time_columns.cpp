@@ -24,19 +24,20 @@ std::optional<std::string> column_with_letters(std::string_view words,
 }  // namespace
 
 std::optional<std::string> usual_time_column(const std::vector<std::string>& header) {
-  for (const std::string_view name : {"year", "date"}) {
-    if (const auto field = field_in_any_case(name, header)) return header[*field];
-  }
+  // A known table documents its times; a column `Date` of it may count days.
   const std::vector<ColumnMapping> known = known_columns(header, false);
   for (const std::string_view name : {"year", "date"}) {
     if (const ColumnMapping* const time = mapping_to(name, known)) return time->source;
+  }
+  for (const std::string_view name : {"year", "date"}) {
+    if (const auto field = field_in_any_case(name, header)) return header[*field];
   }
   // Years, dates and numbers of visits in other tables and languages.
   return column_with_letters(
       "invyr measyear measurementyear inventoryyear surveyyear yearofmeasurement yearmeasured jahr "
       "aufnahmejahr annee anneemesure ano anno anyo rok aar vuosi jaar datum aufnahmedatum fecha "
-      "measdate measurementdate inventorydate surveydate exactdate dateofmeasurement census "
-      "censusid censusno visit visitno visitid occasion campaign",
+      "measdate measurementdate inventorydate surveydate exactdate dateofmeasurement censusyear "
+      "censusdate census censusid censusno visit visitno visitid occasion campaign",
       header);
 }
 

@@ -31,7 +31,8 @@ constexpr std::array<TreeColumn, 19> kColumns{{
               "标准地号"},
     {.name = "tree",
      .meaning = "tree number",
-     .usual = "treeid treeno treenr treenum treenumber treename treetag baum baumnr baumid baumno "
+     .usual = "treeid idtree treeno treenr treenum treenumber treename treetag baum baumnr baumid "
+              "baumno "
               "baumnummer arbre arbreid idarbre numarbre noarbre narbre numeroarbre "
               "arbol arbolid idarbol numarbol noarbol narbol numeroarbol arvore idarvore numarvore "
               "trenr banr albero nalbero numeroalbero strom cislostromu boom boomnr boomnummer "

@@ -164,7 +164,7 @@ bool StatusWords::is_given_up() const {
   return numbers_ == values_.size() ? numbers_ >= kMostNumbers : values_.size() >= kMostTexts;
 }
 
-const std::string* StatusWords::find(std::string_view value) {
+StatusWords::Entry* StatusWords::find(std::string_view value) {
   const bool has_only_numbers = numbers_ == values_.size();
   if (value.empty() || (has_only_numbers && is_given_up())) return nullptr;
   auto known = values_.find(value);
@@ -174,13 +174,16 @@ const std::string* StatusWords::find(std::string_view value) {
     const bool is_number = data::parse_number(value, ignored);
     const auto status = is_number ? std::nullopt : status_in(value, StatusText::kAny);
     if (is_number) ++numbers_;
-    known = values_.emplace(std::string(value), status && *status != TreeStatus::kAlive).first;
+    const bool is_gone = status && *status != TreeStatus::kAlive;
+    known = values_.emplace(std::string(value), Value{.is_gone = is_gone}).first;
   }
-  return known->second ? &known->first : nullptr;
+  return &*known;
 }
 
-void StatusWords::count(const std::string& value, std::size_t rows) {
-  if (rows_ == 0) first_ = value;
+void StatusWords::count(Entry& entry, bool has_dbh, std::size_t rows) {
+  (has_dbh ? entry.second.with_dbh : entry.second.without_dbh) += rows;
+  if (!entry.second.is_gone) return;
+  if (rows_ == 0) first_ = entry.first;
   rows_ += rows;
 }
 
@@ -203,6 +206,27 @@ std::string StatusWords::note() const {
       column_,
       first_,
       rows_ == 1 ? "counts" : "count",
+      data::Expression::variable(column_).text());
+}
+
+std::string StatusWords::note_without_dbh(std::size_t trees) const {
+  std::size_t rows = 0;
+  Names codes;
+  for (const auto& [value, counts] : values_) {
+    if (counts.without_dbh == 0 || counts.with_dbh > 0) continue;
+    rows += counts.without_dbh;
+    codes.push_back(value);
+  }
+  // Words have their own note.
+  if (rows_ > 0 || 2 * rows <= trees) return {};
+  return fmt::format(
+      "of {} without a dbh that count as living, {} {} {} in column {}, which no tree with a dbh "
+      "has; if these are dead or cut, use `columns=status={}` with `dead_codes` or `cut_codes`",
+      counted(trees, "row", "rows"),
+      rows,
+      rows == 1 ? "has" : "have",
+      data::list_of(codes),
+      column_,
       data::Expression::variable(column_).text());
 }
 

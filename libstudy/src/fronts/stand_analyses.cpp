@@ -138,6 +138,21 @@ AnalysisWork stand_growth_work(AnalysisCall& call) {
   };
 }
 
+namespace {
+
+/// The new columns, and the rows of a file with them.
+std::vector<std::pair<std::string, data::Table>> tables_of(const data::TableSource& source,
+                                                           const AddedColumns& added,
+                                                           const ReadingSettings& reading) {
+  std::vector<std::pair<std::string, data::Table>> tables{{"columns", added.table}};
+  if (!std::holds_alternative<std::shared_ptr<const data::Table>>(source)) {
+    tables.emplace_back("rows", rows_with_columns(source, added, reading));
+  }
+  return tables;
+}
+
+}  // namespace
+
 AnalysisWork impute_work(AnalysisCall& call) {
   const auto options = call.read_with_threads<ImputeOptions>();
   const auto reading = call.read<ReadingSettings>();
@@ -147,10 +162,11 @@ AnalysisWork impute_work(AnalysisCall& call) {
           catalogue = call.catalogue(),
           front = call.input().front](const AnalysisCallbacks& callbacks) {
     TableImputation found = impute_table(trees, *catalogue, options, reading, callbacks);
-    AnalysisResult result{.tables = {{"columns", imputed_columns(found)}},
-                          .rows = rows_of(found.table),
-                          .json = in_words({{"sentences", summary_of(found)}}, front),
-                          .warnings = warnings_on(found)};
+    AnalysisResult result{
+        .tables = tables_of(trees, added_columns(found, AddedColumns().digits), reading),
+        .rows = rows_of(found.table),
+        .json = in_words({{"sentences", summary_of(found)}}, front),
+        .warnings = warnings_on(found)};
     for (ImputeModel& model : found.imputation.models) {
       result.fits.emplace_back(model.label, std::move(model.fit));
     }
@@ -167,7 +183,8 @@ AnalysisWork predict_library_work(AnalysisCall& call) {
           catalogue = call.catalogue(),
           library = call.input().library](const AnalysisCallbacks& callbacks) {
     const TablePrediction found = predict_table(trees, *library, *catalogue, settings, callbacks);
-    return AnalysisResult{.tables = {{"columns", new_columns(found)}},
+    const AddedColumns added{.table = new_columns(found)};
+    return AnalysisResult{.tables = tables_of(trees, added, settings.reading),
                           .rows = rows_of(found.table),
                           .warnings = warnings_on(found)};
   };

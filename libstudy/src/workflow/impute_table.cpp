@@ -308,6 +308,15 @@ std::vector<std::string> imputation_columns(const std::string& column, bool has_
   return names;
 }
 
+AddedColumns added_columns(const TableImputation& imputed, int digits) {
+  return {.table = imputed_columns(imputed),
+          .digits = digits,
+          .replaced = imputed.column,
+          .is_replaced = [&source = imputed.imputation.source](std::size_t row) {
+            return source[row] == ImputeSource::kImputed;
+          }};
+}
+
 data::Table imputed_columns(const TableImputation& imputed) {
   const Imputation& result = imputed.imputation;
   data::TextColumn source;

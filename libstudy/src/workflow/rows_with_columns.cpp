@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "silvafit/base/error.hpp"
@@ -129,6 +131,26 @@ void write_rows_with_columns(const data::TableSource& in,
     }
     end_record(reader.line());
   }
+}
+
+data::Table rows_with_columns(const data::TableSource& in,
+                              const AddedColumns& columns,
+                              const ReadingSettings& reading) {
+  std::string text;
+  write_rows_with_columns(
+      in, columns, reading, [&text](std::size_t, std::string_view record) { text += record; });
+  return labeled_table(std::move(text), data::CsvReader(in).file());
+}
+
+data::Table labeled_table(std::string text, const std::string& file) {
+  const auto csv = std::make_shared<const data::TableText>(
+      data::TableText{.name = file, .text = std::move(text), .separator = ','});
+  std::vector<std::string> texts{"plot", "tree", "species"};
+  const data::CsvReader header(csv);
+  for (const auto& usual : stand::usual_columns(header.header(), stand::is_label, file)) {
+    texts.push_back(usual.source);
+  }
+  return data::read_csv_table(csv, {.text_columns = std::move(texts)});
 }
 
 }  // namespace silvafit::study

@@ -53,3 +53,9 @@ fit_json(silvafit(distance ~ a + b * age / pi, children), file)
 expect_equal(unname(predict(read_fit(file), children[1:3, ])), unname(predict(lm(distance ~ I(age / pi), children), children[1:3, ])), tolerance = 1e-8)
 children$pi <- NULL
 same_as_lm(a ~ I(pi * z^2), distance ~ I(pi * z^2) + age)
+
+# Terms are added to formulas with bars.
+with_bar <- silvafit(distance ~ a + b * age + (1 | Subject), nlme::Orthodont)
+longer <- update(with_bar, . ~ . + d * age^2)
+expect_equal(names(fixef(longer)), c("a", "b", "d"))
+expect_equal(as.numeric(logLik(longer)), as.numeric(logLik(nlme::lme(distance ~ age + I(age^2), nlme::Orthodont, random = ~ 1 | Subject, method = "ML"))), tolerance = 1e-9)

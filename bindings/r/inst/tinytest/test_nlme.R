@@ -204,3 +204,24 @@ ovary <- as.data.frame(nlme::Ovary)
 theirs <- nlme::gls(follicles ~ sin(2 * pi * Time) + cos(2 * pi * Time), ovary, correlation = nlme::corAR1(form = ~ 1 | Mare), method = "ML")
 ours <- silvafit(follicles ~ a + b * sin(2 * pi * Time) + c * cos(2 * pi * Time), ovary, correlation = corAR1(form = ~ 1 | Mare))
 expect_equal(as.numeric(intervals(ours)$corStruct), as.numeric(nlme::intervals(theirs)$corStruct), tolerance = 1e-3)
+
+# Marginal means have the codings of the fit: contrasts of the factor, ordered and logical columns, and options that change later.
+coded <- transform(as.data.frame(nlme::Orthodont), group = factor(rep(c("b", "a", "c"), 36)), old = age > 10)
+coded$size <- factor(coded$group, levels = c("b", "a", "c"), ordered = TRUE)
+stats::contrasts(coded$group) <- stats::contr.helmert(3)
+before <- options(contrasts = c("contr.sum", "contr.poly"))
+means_of <- function(fit, ...) suppressMessages(as.data.frame(emmeans::emmeans(fit, ...)))$emmean
+for (column in c("group", "size", "old")) {
+  terms <- stats::reformulate(c("age", column))
+  by_lme <- eval(bquote(nlme::lme(.(stats::update(terms, distance ~ .)), coded, random = ~ 1 | Subject, method = "ML")))
+  sub_model <- list(stats::as.formula(paste("a ~", column)))
+  own <- silvafit(distance ~ a + b * age, coded, parameters = sub_model, random = a ~ 1 | Subject)
+  expect_equal(unname(fixef(own)["b"]), unname(nlme::fixef(by_lme)["age"]), tolerance = 1e-6)
+  theirs <- means_of(by_lme, stats::reformulate(column), at = list(age = 0))
+  # Names of variables and options that have changed.
+  sub_model <- list(a ~ Sex)
+  options(contrasts = c("contr.treatment", "contr.poly"))
+  expect_equal(means_of(own, stats::reformulate(column), param = "a"), theirs, tolerance = 1e-6)
+  options(contrasts = c("contr.sum", "contr.poly"))
+}
+options(before)

@@ -67,6 +67,11 @@ same(hatvalues(squares), hatvalues(line), 1e-9)
 same(cooks.distance(squares), cooks.distance(line), 1e-9)
 weighted <- silvafit(distance ~ a + b * age, Orthodont, variance = "power(age, delta = 0.5)")
 same(cooks.distance(weighted), cooks.distance(lm(distance ~ age, Orthodont, weights = 1 / age)), 1e-6)
+holes <- transform(as.data.frame(Orthodont), distance = replace(distance, c(2, 5, 108), NA))
+omitted <- silvafit(distance ~ a + b * age, holes, na.action = na.exclude)
+by_lm <- lm(distance ~ age, holes, na.action = na.exclude)
+same(cooks.distance(omitted), cooks.distance(by_lm), 1e-9)
+expect_equal(predict(omitted, se.fit = TRUE)$se.fit, unname(predict(by_lm, se.fit = TRUE)$se.fit), tolerance = 1e-6)
 expect_error(cooks.distance(ours), "update(fit, subset", fixed = TRUE, class = "silvafit_usage_error")
 
 # Levels and types

@@ -45,6 +45,13 @@ expect_true(length(capture.output(print(stand))) > 5)
 gaps <- trees
 gaps$h[seq(2, 60, 2)] <- NA
 filled <- suppressMessages(impute(gaps, "h", trust_units = TRUE, random = "none"))
+# A file has the rows and texts that the program reads: semicolons, decimal commas, labels such as 001 and T.
+labeled <- transform(gaps, plot = sprintf("%03d", as.integer(factor(plot))), species = "T")
+file <- tempfile(fileext = ".csv")
+utils::write.table(labeled, file, sep = ";", dec = ",", row.names = FALSE, na = "", quote = FALSE)
+of_file <- suppressMessages(impute(file, "h", trust_units = TRUE, random = "none"))
+of_frame <- suppressMessages(impute(labeled, "h", trust_units = TRUE, random = "none"))
+expect_equal(transform(of_file[names(of_frame)], tree = as.numeric(tree)), of_frame, check.attributes = FALSE)
 expect_equal(filled$h[seq(1, 60, 2)], trees$h[seq(1, 59, 2)])
 expect_true(sqrt(mean((filled$h - trees$h)^2)) < 1)
 expect_equal(as.vector(table(filled$h_source)[c("imputed", "measured")]), c(30L, 30L))

@@ -48,6 +48,7 @@ struct TreeGrowth {
   double basal_area_cm2_per_year = 0.0;
   std::vector<double> quantities_per_year{};  ///< of Inventory::quantities
   bool is_interpolated = false;  ///< start or end lies between two measurements of the tree
+  bool is_renamed = false;       ///< it has another species at the end
 };
 
 /// Parts of growth, per hectare: stocks at the start and end, and changes per year.

@@ -113,6 +113,10 @@ struct DesignStrata {
   std::vector<std::string> notes{};
 };
 
+/// \param column  of the trees, by which strata are asked for; empty: none
+/// \throws UsageError if the table of plots has areas of other strata
+void refuse_two_strata(const std::string& column, const std::optional<PlotTable>& plots);
+
 /// The stratum of each area by the name of its plot.
 /// \param sizes_ha  areas of strata that replace those of the table, if there are any
 /// \throws InputError if rows of one stratum have different areas, weights or estimation units

@@ -29,24 +29,34 @@ std::vector<std::size_t> fields_of_units(const std::vector<std::string>& header)
 /// Counts words of dead or cut trees in a column that is not read as their status.
 class StatusWords {
  public:
+  struct Value {
+    bool is_gone = false;      ///< it has such words
+    std::size_t with_dbh = 0;  ///< rows of trees that are used as living ones
+    std::size_t without_dbh = 0;
+  };
+  using Entry = std::pair<const std::string, Value>;
+
   explicit StatusWords(std::string column) : column_(std::move(column)) {}
-  /// The value if it has such words, else null; to be counted if its tree is used as a living one.
-  /// Valid as long as this object.
-  const std::string* find(std::string_view value);
-  void count(const std::string& value, std::size_t rows = 1);
+  /// A value, to be counted if its tree is used as a living one; null if it is empty, or there are
+  /// too many. Valid as long as this object.
+  Entry* find(std::string_view value);
+  void count(Entry& entry, bool has_dbh = true, std::size_t rows = 1);
   void add(std::string_view value, std::size_t rows = 1) {
-    if (const std::string* const found = find(value)) count(*found, rows);
+    if (Entry* const found = find(value)) count(*found, true, rows);
   }
   void add(const data::TextColumn& values);
   /// Empty if there are none.
   std::string note() const;
+  /// The note on values of trees without a dbh that no tree with one has; empty if less than half
+  /// of these trees have such values.
+  std::string note_without_dbh(std::size_t trees) const;
 
  private:
   bool is_given_up() const;
 
   std::string column_{};
-  std::map<std::string, bool, std::less<>> values_{};  ///< whether they have such words
-  std::size_t numbers_ = 0;                            ///< of them
+  std::map<std::string, Value, std::less<>> values_{};
+  std::size_t numbers_ = 0;  ///< of them
   std::size_t rows_ = 0;
   std::string first_{};
 };

@@ -13,6 +13,7 @@
 #include "silvafit/data/table.hpp"
 #include "silvafit/study/callbacks.hpp"
 #include "silvafit/study/impute.hpp"
+#include "silvafit/study/rows_with_columns.hpp"
 #include "silvafit/study/unit_settings.hpp"
 
 namespace silvafit::study {
@@ -70,6 +71,11 @@ std::vector<std::string> imputation_columns(const std::string& column, bool has_
 
 /// The response, measured or imputed, and the columns of imputation_columns().
 data::Table imputed_columns(const TableImputation& imputed);
+
+/// The columns that the file of the table gets. The response is filled in under its name in the
+/// file; it is a new column if the file has another unit or a formula makes it.
+/// \param imputed  has to live as long as the result
+AddedColumns added_columns(const TableImputation& imputed, int digits);
 
 /// Sentences on the models and on the number of trees imputed with each.
 std::vector<std::string> summary_of(const ImputationSummary& summary);

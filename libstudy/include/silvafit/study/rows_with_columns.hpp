@@ -36,6 +36,14 @@ void write_rows_with_columns(const data::TableSource& in,
                              const ReadingSettings& reading,
                              const RecordSink& sink);
 
+/// The rows of write_rows_with_columns() as a table.
+data::Table rows_with_columns(const data::TableSource& in,
+                              const AddedColumns& columns,
+                              const ReadingSettings& reading);
+
+/// The table of a CSV text with commas; labels of plots, trees and species are texts.
+data::Table labeled_table(std::string text, const std::string& file);
+
 /// \throws InputError if a file has a column of one of these names already
 void refuse_known_columns(const std::vector<std::string>& names,
                           const std::vector<std::string>& header,
