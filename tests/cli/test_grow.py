@@ -540,6 +540,26 @@ class Grow(ProgramTest):
         for tree, sizes in ((odd, "h, cw"), (plain, "cw")):
             self.assertIn({"about": "sizes", "text": f"{sizes} not measured: assumed for the picture"}, tree["notes"])
 
+    def test_a_text_in_a_measure_concerns_its_tree_only(self):
+        head = "plot,tree,species,x,y,dbh,h,hcb,cw,cr_e,cr_w\n1,1,Fagus,0,0,20,,5,,1,2\n"
+        rows = {"dbh": "1,2,Fagus,9,0,dead,18,5,4,,\n", "h": "1,2,Fagus,9,0,20,18 m,5,4,,\n", "cr_e": "1,2,Fagus,9,0,20,18,5,4,n.m.,\n"}
+        alone = self.sizes(head)
+        # Twice the mean of the two radii, and the curve of docs/trees.md at 20 cm.
+        self.assertAlmostEqual(alone["cw"], 3.0, delta=0.01)
+        self.assertAlmostEqual(alone["h"], 1.3 + 400 / 5.3**2, delta=0.01)
+        for column, row in rows.items():
+            with self.subTest(column=column):
+                self.assertEqual(self.sizes(head + row), alone)
+                self.assertIn(f"{column}: ", self.notes)
+
+    def sizes(self, text):
+        """The drawn height and width of the only tree."""
+        self.write("text.csv", text)
+        result = self.run_program("grow", "text.csv", "--scene", "text.glb", "--json")
+        self.notes = result.stderr
+        (tree,) = json.loads(result.stdout)["trees"]
+        return {name: tree[name] for name in ("h", "hcb", "cw")}
+
     def test_tables_of_national_inventories_are_drawn_by_their_own_codes(self):
         # The subplot of FIA is a part of the tree's label, and of its position: subplot 2 is 120 ft north.
         self.write("fia.csv", "CN,PLT_CN,INVYR,STATECD,UNITCD,COUNTYCD,PLOT,SUBP,TREE,AZIMUTH,DIST,STATUSCD,SPCD,DIA,HT,TPA_UNADJ\n"

@@ -150,6 +150,21 @@ VectorXd CorrelationStructure::unconstrained(const VectorXd& natural) const {
   }
 }
 
+VectorXd CorrelationStructure::lifted(VectorXd parameters) const {
+  const bool has_range =
+      correlation_.kind == Kind::kCar1 || correlation_.kind >= Kind::kExponential;
+  if (!has_range) return parameters;
+  // At a smaller range than this, or a logit beyond it, correlations change by less than a
+  // millionth.
+  constexpr double kMillionth = 13.8;
+  constexpr double kInside = 2.2;  // a nugget of 0.1 or 0.9
+  if (parameters[0] < -std::log(kMillionth)) parameters[0] = 0.0;
+  if (correlation_.has_nugget && std::abs(parameters[1]) > kMillionth) {
+    parameters[1] = std::copysign(kInside, parameters[1]);
+  }
+  return parameters;
+}
+
 bool CorrelationStructure::is_separable() const {
   return parameter_count() < 2 || correlation_.kind >= Kind::kExponential;
 }

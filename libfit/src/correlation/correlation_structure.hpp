@@ -45,6 +45,10 @@ class CorrelationStructure {
   /// Points where a search can begin; the first is that of nearly independent rows.
   std::vector<Eigen::VectorXd> starts() const;
 
+  /// Parameters away from a range, or a nugget, of 0 or a nugget of 1, where the likelihood has no
+  /// slope.
+  Eigen::VectorXd lifted(Eigen::VectorXd parameters) const;
+
   /// Parameters by nlme's definitions from unconstrained ones, and back.
   Eigen::VectorXd natural(const Eigen::VectorXd& parameters) const;
   Eigen::VectorXd unconstrained(const Eigen::VectorXd& natural) const;

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <utility>
 
+#include "correlation/correlation_structure.hpp"
 #include "fit_model/constrained_fit.hpp"
 #include "fit_model/doubts.hpp"
 #include "fit_model/limit_of_curve.hpp"
@@ -255,6 +256,20 @@ MixedEffectsFit fit_mixed(const NonlinearModel& model,
   return fit_lindstrom_bates(model, pooled.estimate, mixed_options(model, options));
 }
 
+/// The start, and if its correlation is at an end of its range, which has no slope there, also
+/// with correlations inside.
+std::vector<MixedEffectsFit> with_inner_correlations(const MixedEffectsFit& start,
+                                                     const FittedModel& earlier) {
+  std::vector<MixedEffectsFit> result{start};
+  if (!start.variance.correlation || !earlier.convergence.has_boundary()) return result;
+  const CorrelationStructure structure(*start.variance.correlation);
+  for (const VectorXd& inner : structure.starts()) {
+    result.push_back(start);
+    result.back().variance.correlation->values = structure.natural(inner);
+  }
+  return result;
+}
+
 /// The fit that starts from an earlier one; no value if there is none, or it does not converge.
 std::optional<MixedEffectsFit> fit_from_earlier(const NonlinearModel& model,
                                                 Method method,
@@ -262,10 +277,14 @@ std::optional<MixedEffectsFit> fit_from_earlier(const NonlinearModel& model,
   if (options.from == nullptr || method == Method::kOrdinary) return std::nullopt;
   const std::optional<MixedEffectsFit> start = as_start(*options.from, model);
   if (!start) return std::nullopt;
-  if (is_marginal(method)) {
-    return refit_marginal(model, *start, method, mixed_options(model, options));
+  std::optional<MixedEffectsFit> best;
+  for (const MixedEffectsFit& from : with_inner_correlations(*start, *options.from)) {
+    std::optional<MixedEffectsFit> fit =
+        is_marginal(method) ? refit_marginal(model, from, method, mixed_options(model, options))
+                            : refit_lindstrom_bates(model, from, mixed_options(model, options));
+    if (fit && (!best || fit->log_likelihood > best->log_likelihood)) best = std::move(fit);
   }
-  return refit_lindstrom_bates(model, *start, mixed_options(model, options));
+  return best;
 }
 
 /// Start values by coefficient of the whole model; held coefficients need none. Values that the

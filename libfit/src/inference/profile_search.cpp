@@ -370,7 +370,7 @@ class ProfileSearch {
     // The Hessian is of the coordinates that are free.
     const bool is_same = parameter.coordinate == in.parameter.coordinate;
     QuasiNewtonResult found = minimize(objective,
-                                       layout.lifted(from),
+                                       lifted(layout, from),
                                        is_same ? begin : MatrixXd(),
                                        {.decrement = kDecrement, .maximum_steps = 60});
     // A Hessian from far away may be too wrong for updates.
@@ -392,6 +392,16 @@ class ProfileSearch {
     point.root = std::sqrt(std::max(0.0, deviance));
     point.is_above = deviance < -kNoDeviance;
     return point;
+  }
+
+  /// A start inside the ranges of the variance components and of the correlation.
+  VectorXd lifted(const SurfaceLayout& layout, const VectorXd& from) const {
+    VectorXd result = layout.lifted(from);
+    const Index count = variance_.correlation_count();
+    if (count == 0) return result;
+    auto own = result.segment(layout.variance_at() + variance_.parameter_count() - count, count);
+    own = variance_.correlated()->structure().lifted(own);
+    return result;
   }
 
   /// Rounding of the likelihood may prevent the last digits.

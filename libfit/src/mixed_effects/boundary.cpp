@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -13,6 +14,7 @@
 #include "model/correlated_rows.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "optimization/tolerances.hpp"
+#include "result/group_coefficients.hpp"
 #include "verdict/thresholds.hpp"
 
 namespace silvafit::fit {
@@ -145,6 +147,28 @@ PowerUse power_use(const std::vector<Index>& rows,
   return result;
 }
 
+/// (N) the share of the residual variance in the variance of each observation given the others of
+/// its group: r_i (V^-1)_ii, with V = Z Psi Z' + R.
+VectorXd residual_shares(const NonlinearModel& model, const MixedEffectsFit& fit) {
+  const RandomEffects& term = model.specification().random.front();
+  const MatrixXd jacobian = model.curve_at(group_coefficients(model, fit)).jacobian;
+  const MatrixXd root = covariance_factor(fit.random.front().covariance);
+  MatrixXd effects = jacobian(Eigen::all, model.coefficients_of(term)) * root;
+  effects.array().colwise() /= fit.residual_sd.array();
+  VectorXd result(effects.rows());
+  for (Index group = 0; group < model.group_count(); ++group) {
+    const Index begin = model.group_begin(group);
+    const auto rows = effects.middleRows(begin, model.group_begin(group + 1) - begin);
+    MatrixXd precision = rows.transpose() * rows;
+    precision.diagonal().array() += 1.0;
+    const Eigen::LLT<MatrixXd> factor(precision);
+    if (factor.info() != Eigen::Success) return VectorXd::Constant(effects.rows(), kNaN);
+    const MatrixXd whitened = factor.matrixL().solve(rows.transpose());
+    result.segment(begin, rows.rows()) = 1.0 - whitened.colwise().squaredNorm().transpose().array();
+  }
+  return result;
+}
+
 /// Whether the correlations of all rows are negligible: |R| is the product of 1 - r^2, r the
 /// correlations with the rows before.
 bool is_independent(const NonlinearModel& model, const CorrelationEstimate& estimate) {
@@ -234,6 +258,25 @@ CorrelationEnds correlation_ends(const NonlinearModel& model, const MixedEffects
 }
 
 }  // namespace
+
+std::vector<std::string> strata_without_residuals(const NonlinearModel& model,
+                                                  const MixedEffectsFit& fit) {
+  std::vector<std::string> result;
+  if (model.term_count() != 1 || fit.variance.correlation) return result;
+  for (const VarianceFactorEstimate& factor : fit.variance.factors) {
+    if (factor.ratio.size() == 0 || factor.factor.stratum.empty()) continue;
+    const VectorXd shares = residual_shares(model, fit);
+    const std::vector<Index>& stratum_of = model.strata(factor.factor.stratum).of_rows;
+    VectorXd sums = VectorXd::Zero(std::ssize(factor.strata));
+    for (Index i = 0; i < shares.size(); ++i) {
+      sums[stratum_of[static_cast<std::size_t>(i)]] += shares[i] * shares[i];
+    }
+    for (Index s = 0; s < sums.size(); ++s) {
+      if (sums[s] < kSameLikelihood) result.push_back(factor.strata[static_cast<std::size_t>(s)]);
+    }
+  }
+  return result;
+}
 
 double least_variance(const CorrelationEstimate& estimate) {
   using Kind = Correlation::Kind;

@@ -50,6 +50,12 @@ std::vector<PowerUse> power_uses(const NonlinearModel& model,
 /// compound symmetry or a symmetric structure; 1 for others.
 double least_variance(const CorrelationEstimate& estimate);
 
+/// Strata whose residuals are negligible beside what the random effects leave of them: without
+/// these residuals the log-likelihood falls by at most the sum of their squared shares. Known for
+/// one grouping and independent residuals.
+std::vector<std::string> strata_without_residuals(const NonlinearModel& model,
+                                                  const MixedEffectsFit& fit);
+
 /// Fills in the boundary of a fit's convergence: standard deviations of 0, correlations of 1 or -1,
 /// variance functions whose constant or power vanishes, and ends of the residuals' correlation.
 /// \return those that no simpler structure has: theta1 = -1, rho = 1, a range without bound ...

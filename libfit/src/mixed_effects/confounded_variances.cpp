@@ -66,6 +66,15 @@ class Components {
 
   bool is_finite() const { return is_finite_; }
 
+  /// Variances and covariances of effects that depend on others.
+  Index redundant_count() const {
+    Index count = 0;
+    for (const EffectColumns& term : terms_) {
+      if (!term.effects->has_equal_variances()) count += term.free_covariances;
+    }
+    return count;
+  }
+
   /// Directions in which the covariance of the observations does not change, except those in which
   /// Psi would not remain a covariance.
   std::vector<Direction> unidentified() const {
@@ -74,6 +83,9 @@ class Components {
       if (sizes_[k] > 0.0) known.push_back(k);
     }
     std::vector<Direction> result = without_effect();
+    for (Direction& covariance : covariances_without_effect()) {
+      result.push_back(std::move(covariance));
+    }
     const Index without_effect_count = std::ssize(result);
     const VectorXd unit = sizes_(known).cwiseInverse();
     const MatrixXd scaled = unit.asDiagonal() * products_(known, known) * unit.asDiagonal();
@@ -385,7 +397,7 @@ class Components {
   }
 
   /// Parameters of the variance function without effect: powers and rates of a variable that is
-  /// constant. (Constant-plus-power has such parameters at its bounds.)
+  /// constant. (Constant-plus-power has such parameters at its bounds.) The same of a process.
   std::vector<Direction> without_effect() const {
     std::vector<Direction> result;
     for (const VarianceModel::Quantity& quantity : variance_.quantities()) {
@@ -396,6 +408,37 @@ class Components {
         if (sizes_[place] == 0.0)
           result.push_back(direction(VectorXd::Unit(std::ssize(all_), place)));
       }
+    }
+    if (!is_process() || has_correlation_at_end()) return result;
+    // Partial autocorrelations of lags that no group has.
+    for (Index place = std::ssize(all_) - 1 - variance_.correlation_count();
+         place < std::ssize(all_) - 1;
+         ++place) {
+      if (sizes_[place] == 0.0) {
+        result.push_back(direction(VectorXd::Unit(std::ssize(all_), place)));
+      }
+    }
+    return result;
+  }
+
+  bool is_process() const {
+    return variance_.correlated() != nullptr &&
+           variance_.correlated()->structure().correlation().kind == Correlation::Kind::kArma;
+  }
+
+  /// Covariances of effects that no group has both of.
+  std::vector<Direction> covariances_without_effect() const {
+    std::vector<Direction> result;
+    for (std::size_t k = 0; k < all_.size(); ++k) {
+      const auto at = static_cast<Index>(k);
+      if (!all_[k].term || sizes_[at] > 0.0) continue;
+      const EffectColumns& level = terms_[*all_[k].term];
+      const MatrixXd product = level.columns.colwise().norm().asDiagonal() *
+                               all_[k].form.cwiseAbs() *
+                               level.columns.colwise().norm().asDiagonal();
+      if (product.maxCoeff() == 0.0) continue;
+      Direction one = direction(VectorXd::Unit(std::ssize(all_), at));
+      if (keeps_covariance(one)) result.push_back(std::move(one));
     }
     return result;
   }
@@ -479,7 +522,13 @@ class Components {
                            level.size.asDiagonal());
     }
     const MatrixXd scaled = level.size.asDiagonal() * psi * level.size.asDiagonal();
+    const auto is_redundant = [&level](Index i) {
+      return level.redundant.cols() > 0 && !level.effects->has_equal_variances() &&
+             level.redundant.row(i).cwiseAbs().maxCoeff() >
+                 Thresholds::kUnmoved * level.redundant.cwiseAbs().maxCoeff();
+    };
     const auto is_moved = [&](Index i, Index j) {
+      if (is_redundant(i) && is_redundant(j)) return true;
       return std::ranges::any_of(changes, [&](const MatrixXd& change) {
         if (i == j) return std::abs(change(i, i)) > Thresholds::kUnmoved;
         const double product = std::sqrt(scaled(i, i) * scaled(j, j));
@@ -533,13 +582,22 @@ class Components {
 
   void add_correlation_names(const std::vector<Direction>& directions,
                              std::vector<std::string>& result) const {
-    const Index first = variance_.parameter_count() - variance_.correlation_count();
+    if (variance_.correlation_count() == 0) return;
+    const CorrelationStructure& structure = variance_.correlated()->structure();
+    const VectorXd parameters = variance_.correlation_part(point_.variance);
+    constexpr double kStep = 1e-4;
     for (Index k = 0; k < variance_.correlation_count(); ++k) {
       const bool is_moved = std::ranges::any_of(directions, [&](const Direction& of) {
-        return std::abs(of.residual[first + k]) > Thresholds::kUnmoved;
+        const VectorXd own =
+            of.residual.segment(variance_.parameter_count() - variance_.correlation_count(),
+                                variance_.correlation_count());
+        if (own.cwiseAbs().maxCoeff() <= Thresholds::kUnmoved) return false;
+        if (structure.is_separable()) return std::abs(own[k]) > Thresholds::kUnmoved;
+        const VectorXd change = structure.natural(parameters + kStep * own) -
+                                structure.natural(parameters - kStep * own);
+        return std::abs(change[k]) > Thresholds::kUnmoved * kStep;
       });
-      if (!is_moved) continue;
-      result.push_back(variance_.correlated()->structure().names()[static_cast<std::size_t>(k)]);
+      if (is_moved) result.push_back(structure.names()[static_cast<std::size_t>(k)]);
     }
   }
 
@@ -576,8 +634,9 @@ ConfoundedVariances confounded_variances(const NonlinearModel& model,
   const Components components(model, variance, point);
   if (!components.is_finite()) return {};
   const std::vector<Direction> directions = components.unidentified();
-  ConfoundedVariances result{.names = components.effect_names(directions),
-                             .directions = static_cast<int>(directions.size())};
+  ConfoundedVariances result{
+      .names = components.effect_names(directions),
+      .directions = static_cast<int>(std::ssize(directions) + components.redundant_count())};
   result.has_effects = !result.names.empty();
   components.add_residual_names(directions, result.names);
   return result;

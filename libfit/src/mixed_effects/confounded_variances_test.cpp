@@ -10,6 +10,7 @@
 #include "silvafit/base/random.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 #include "silvafit/fit/intervals.hpp"
+#include "silvafit/fit/model_texts.hpp"
 #include "silvafit/fit/observed_information.hpp"
 
 using namespace silvafit;
@@ -286,4 +287,99 @@ TEST_CASE("an earlier fit with confounded variances has no Wald limits of them")
     CHECK(std::isfinite(covariance(0, 0)));
     CHECK(std::isfinite(covariance(4, 4)));
   }
+}
+
+TEST_CASE("effects on equal columns have one variance between them") {
+  // b*x and u*x: only var(b) + 2 cov(b, u) + var(u) is in the likelihood, which is that of b alone.
+  const data::Table table = lines({.stands = 12});
+  ModelSpecification model = specify_model("y ~ a + b*x + u*x", {}, table);
+  add_random_effects(model, "a + b + u | stand", table);
+  FitModelOptions options;
+  options.fixed = {{"u", 0.0}};
+  const FittedModel fit = fit_model(model, table, options).fit;
+  CHECK_FALSE(fit.convergence.converged());
+  CHECK_THAT(fit.convergence.verdict(),
+             Contains("sd(b), sd(u) and cor(b, u) are not identifiable"));
+  const FittedModel simpler = confounded_fit(table, specified(table, "a + b | stand"));
+  CHECK(fit.log_likelihood == Approx(simpler.log_likelihood).epsilon(1e-9));
+  // An offset makes columns nearly equal, which are identifiable still.
+  const data::Table far = lines({.stands = 12, .first_x = 1e7});
+  CHECK(at(far, specified(far, "a + b | stand"), 0.3).names.empty());
+}
+
+TEST_CASE("the correlation of effects that no group shares is not identifiable") {
+  const data::Table table = lines({.stands = 12});
+  ModelSpecification model = specified(table, "", {"a ~ 0 + (t == 0) + (t == 1)"});
+  add_random_effects(model, "a:(t == 0) + a:(t == 1) | stand", table);
+  const FittedModel fit = confounded_fit(table, model);
+  CHECK_THAT(fit.convergence.verdict(), Contains("no group has both effects"));
+  CHECK(fit.convergence.rank == 2);
+}
+
+TEST_CASE("a process with longer lags than the groups have is not identifiable") {
+  // Of two rows only the correlation of lag 1 is seen, phi1 / (1 - phi2) of an AR(2) process.
+  data::Table table = lines({.stands = 30, .trees = 2});
+  std::vector<double> time;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    time.push_back(static_cast<double>(row % 2));
+  }
+  table.set("time", time);
+  const auto fitted = [&](const char* correlation) {
+    FitModelOptions options;
+    options.method = Method::kGeneralized;
+    return fit_model(specify_model(ModelTexts{.formula = "y ~ a + b*x", .correlation = correlation},
+                                   table),
+                     table,
+                     options)
+        .fit;
+  };
+  const FittedModel ar2 = fitted("arma(2, 0, time | stand)");
+  CHECK_THAT(ar2.convergence.verdict(), Contains("phi1 and phi2 are not identifiable"));
+  const FittedModel ar1 = fitted("ar1(time | stand)");
+  REQUIRE(ar1.convergence.converged());
+  CHECK(ar2.log_likelihood == Approx(ar1.log_likelihood).epsilon(1e-9));
+}
+
+TEST_CASE("a stratum whose observations the random effects fit exactly has no Wald interval") {
+  // A precise height and two rough ones in each plot: the likelihood rises until the plot's effect
+  // is that of the precise one, whose residual variance is 0. Two precise ones differ.
+  const auto fitted = [](int precise) {
+    Random random(3);
+    data::Table table;
+    data::TextColumn plot;
+    data::TextColumn device;
+    std::vector<double> x;
+    std::vector<double> y;
+    for (int i = 0; i < 20; ++i) {
+      const double effect = random.normal(0.0, 2.0);
+      for (int k = 0; k < 2 + precise; ++k) {
+        plot.append("p" + std::to_string(i));
+        device.append(k < 2 ? "tape" : "laser");
+        x.push_back(10.0 + 7.0 * k + i);
+        y.push_back(5.0 + 0.5 * x.back() + effect + random.normal(0.0, k < 2 ? 1.5 : 0.05));
+      }
+    }
+    table.set("plot", plot);
+    table.set("device", device);
+    table.set("x", x);
+    table.set("y", y);
+    return std::pair(fit_model(specify_model(ModelTexts{.formula = "y ~ a + b*x",
+                                                        .random = "a | plot",
+                                                        .variance = "stratum(device)"},
+                                             table),
+                               table)
+                         .fit,
+                     table);
+  };
+  const auto [exact, one] = fitted(1);
+  REQUIRE(exact.convergence.converged());
+  CHECK_THAT(exact.convergence.verdict(),
+             Contains("The residual standard deviation of laser is 0"));
+  const Intervals wald = confidence_intervals(exact, one);
+  for (const ParameterInterval& interval : wald.parameters) {
+    CHECK(std::isnan(interval.lower) == (interval.name == "ratio (laser)"));
+  }
+  const auto [inside, two] = fitted(2);
+  REQUIRE(inside.convergence.converged());
+  CHECK_FALSE(inside.convergence.has_boundary());
 }

@@ -1,10 +1,59 @@
 // SPDX-License-Identifier: MIT
 #include "mixed_effects/effect_columns.hpp"
 
-#include <Eigen/QR>
 #include <cmath>
+#include <vector>
+
+#include "verdict/thresholds.hpp"
 
 namespace silvafit::fit {
+
+namespace {
+
+/// Makes the columns of a block orthogonal, one after the other. One that depends on those before
+/// becomes 0, and its combination with them is a redundant one.
+void orthogonalize(Index begin, Index count, EffectColumns& level) {
+  auto block = level.columns.middleCols(begin, count);
+  const double root = std::sqrt(static_cast<double>(block.rows()));
+  std::vector<Index> independent;
+  for (Index k = 0; k < count; ++k) {
+    const auto rank = static_cast<Index>(independent.size());
+    VectorXd column = block.col(k);
+    VectorXd shares = VectorXd::Zero(rank);
+    // Twice is enough for orthogonality to rounding errors (Giraud and others 2005).
+    for (int pass = 0; pass < 2; ++pass) {
+      for (Index i = 0; i < rank; ++i) {
+        const VectorXd& of = block.col(independent[static_cast<std::size_t>(i)]);
+        const double share = of.dot(column) / (root * root);
+        shares[i] += share;
+        column -= share * of;
+      }
+    }
+    for (Index i = 0; i < rank; ++i) {
+      level.triangle(begin + independent[static_cast<std::size_t>(i)], begin + k) = shares[i];
+    }
+    const double rest = column.norm() / root;
+    if (rest > Thresholds::kUnfelt * level.size[begin + k]) {
+      level.triangle(begin + k, begin + k) = rest;
+      block.col(k) = column / rest;
+      independent.push_back(k);
+      continue;
+    }
+    block.col(k).setZero();
+    level.triangle(begin + k, begin + k) = level.size[begin + k];
+    VectorXd combination = VectorXd::Unit(level.columns.cols(), begin + k);
+    const Eigen::VectorX<Index> places =
+        Eigen::Map<const Eigen::VectorX<Index>>(independent.data(), rank).array() + begin;
+    const MatrixXd triangle = level.triangle(places, places);
+    combination(places) = -triangle.triangularView<Eigen::Upper>().solve(shares);
+    level.redundant.conservativeResize(level.columns.cols(), level.redundant.cols() + 1);
+    level.redundant.rightCols(1) = combination.cwiseProduct(level.size);
+  }
+  const auto rank = static_cast<Index>(independent.size());
+  level.free_covariances += (count * (count + 1) - rank * (rank + 1)) / 2;
+}
+
+}  // namespace
 
 EffectColumns effect_columns(const NonlinearModel& model,
                              const RandomEffects& random,
@@ -16,13 +65,10 @@ EffectColumns effect_columns(const NonlinearModel& model,
   const double root = std::sqrt(static_cast<double>(jacobian.rows()));
   result.size = result.columns.colwise().norm() / root;
   result.triangle = MatrixXd::Zero(q, q);
+  result.redundant.resize(q, 0);
   Index begin = 0;
   for (const int size : random.block_sizes()) {
-    auto block = result.columns.middleCols(begin, size);
-    const Eigen::HouseholderQR<MatrixXd> qr(block);
-    const MatrixXd triangle = MatrixXd(qr.matrixQR().topRows(size).triangularView<Eigen::Upper>());
-    result.triangle.block(begin, begin, size, size) = triangle / root;
-    block = root * (qr.householderQ() * MatrixXd::Identity(block.rows(), size));
+    orthogonalize(begin, size, result);
     begin += size;
   }
   result.covariance = result.triangle * psi * result.triangle.transpose();

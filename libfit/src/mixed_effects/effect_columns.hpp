@@ -19,6 +19,10 @@ struct EffectColumns {
   MatrixXd triangle{};    ///< (q x q) T
   VectorXd size{};        ///< (q) root mean squares of the columns of Z
   MatrixXd covariance{};  ///< (q x q) T Psi T'
+  /// (q x d) combinations of effects of a block with free covariances that do not change the mean,
+  /// in the units of `size`; the columns of one of their effects are 0.
+  MatrixXd redundant{};
+  Index free_covariances = 0;  ///< variances and covariances that these leave without effect
 };
 
 /// \param psi       (q x q) covariance of the effects

@@ -192,7 +192,9 @@ bool conclude_confounding(const NonlinearModel& model,
     return conclude(confounding(model, confounded.coefficients));
   }
   if (!confounded.variances.names.empty()) {
-    conclude({.kind = kConfoundedVariances, .names = confounded.variances.names});
+    const std::vector<std::string>& names = confounded.variances.names;
+    const bool is_correlation = names.size() == 1 && names.front().starts_with("cor(");
+    conclude({.kind = is_correlation ? kUnseenCorrelation : kConfoundedVariances, .names = names});
     if (confounded.variances.names.size() > 1) {
       convergence.find(remedy(model, confounded.variances.has_effects));
     }
@@ -321,6 +323,11 @@ void note_success(const NonlinearModel& model,
   for (const std::string& end : ends) std::erase(simpler, end);
   if (!simpler.empty()) convergence.find({.kind = kSingular, .names = std::move(simpler)});
   if (!ends.empty()) convergence.find({.kind = kCorrelationEnd, .names = ends});
+  const std::vector<std::string> exact = strata_without_residuals(model, fit);
+  for (const std::string& stratum : exact) {
+    convergence.add_boundary({.term = "sd of " + stratum, .value = 0.0});
+  }
+  if (!exact.empty()) convergence.find({.kind = kExactStratum, .names = exact});
   for (const VarianceFactorEstimate& factor : fit.variance.factors) {
     for (const PowerUse& use : power_uses(model, factor, variable_of(model, fit, factor))) {
       if (use.few == 0) continue;

@@ -201,24 +201,24 @@ class OptimumSearch {
     }
     fit.optima = optima_of(best, all, is_marginal(method_));
     judge_search(model_.specification(), evidence, fit);
-    if (fit.convergence.converged()) judge_kinks(fit, kinks_at(fit), evidence);
+    if (fit.convergence.converged()) judge_quadrature(fit, quadrature_at(fit), evidence);
     return fit;
   }
 
   /// Kinks of the formula in random coefficients, and the likelihood by quadrature with twice the
   /// points that the fit has, or would have.
-  Kinks kinks_at(const MixedEffectsFit& fit) const {
-    Kinks kinks{.coefficients = model_.random_kinks()};
-    if (kinks.coefficients.empty()) return kinks;
+  QuadratureCheck quadrature_at(const MixedEffectsFit& fit) const {
+    QuadratureCheck check{.kinks = model_.random_kinks()};
+    if (check.kinks.empty() && method_ != Method::kQuadrature) return check;
     MixedEffectsOptions options = options_;
-    options.quadrature_points = kinks.points = 2 * options.quadrature_points + 1;
+    options.quadrature_points = check.points = 2 * options.quadrature_points + 1;
     try {
       check_marginal(model_, Method::kQuadrature, options);
     } catch (const UsageError&) {
-      return kinks;  // too many effects
+      return check;  // too many effects or points
     }
-    kinks.by_quadrature = marginal_log_likelihood(model_, fit, Method::kQuadrature, options);
-    return kinks;
+    check.log_likelihood = marginal_log_likelihood(model_, fit, Method::kQuadrature, options);
+    return check;
   }
 
   const NonlinearModel& model_;

@@ -527,7 +527,7 @@ TEST_CASE("the message of a fit with kinks has the likelihood by quadrature") {
                      .findings = {{.names = {"Converged."}}}};
   const auto after = [&](double by_quadrature, const SearchEvidence& evidence) {
     MixedEffectsFit judged = fit;
-    judge_kinks(judged, {{"xmax"}, by_quadrature, 15}, evidence);
+    judge_quadrature(judged, {{"xmax"}, by_quadrature, 15}, evidence);
     return judged.convergence;
   };
   const Convergence linearized = after(-93.0, {});
@@ -535,6 +535,10 @@ TEST_CASE("the message of a fit with kinks has the likelihood by quadrature") {
   CHECK(linearized.has(Evidence::Kind::kMarginal, "agq"));
   CHECK(linearized.verdict().find("kink in xmax") != std::string::npos);
   CHECK(linearized.verdict().find("is -93.00, not -100.00") != std::string::npos);
+  // Points may be too few without kinks, too, where the density of the effects is no normal one.
+  MixedEffectsFit smooth = fit;
+  judge_quadrature(smooth, {{}, -99.0, 15}, {.method = Method::kQuadrature});
+  CHECK(smooth.convergence.verdict().find("is -99.00, not -100.00") != std::string::npos);
   // Quadrature with enough points needs no doubt.
   CHECK(after(-100.01, {.method = Method::kQuadrature}).verdict() == "Converged.");
   CHECK(after(-99.0, {.method = Method::kQuadrature}).verdict().find("`agq_points=15`") !=

@@ -163,20 +163,23 @@ void judge_search(const ModelSpecification& specification,
   find_other_optimum(fit);
 }
 
-void judge_kinks(MixedEffectsFit& fit, const Kinks& kinks, const SearchEvidence& evidence) {
+void judge_quadrature(MixedEffectsFit& fit,
+                      const QuadratureCheck& check,
+                      const SearchEvidence& evidence) {
   Convergence& convergence = fit.convergence;
-  if (kinks.coefficients.empty() || !convergence.converged()) return;
   const bool is_quadrature = evidence.method == Method::kQuadrature;
-  const double error = std::abs(kinks.by_quadrature - fit.log_likelihood);
+  if ((check.kinks.empty() && !is_quadrature) || !convergence.converged()) return;
+  const double error = std::abs(check.log_likelihood - fit.log_likelihood);
   if (is_quadrature && !(error > kHigher)) return;
   Finding found{
       .kind = Finding::Kind::kKink,
-      .names = kinks.coefficients,
-      .values = {static_cast<double>(kinks.points), kinks.by_quadrature, fit.log_likelihood}};
-  if (std::isfinite(kinks.by_quadrature)) {
+      .names = check.kinks,
+      .values = {static_cast<double>(check.points), check.log_likelihood, fit.log_likelihood}};
+  if (std::isfinite(check.log_likelihood)) {
     convergence.evidence.push_back(
-        {.kind = Evidence::Kind::kMarginal, .term = "agq", .value = kinks.by_quadrature});
-    found.kind = is_quadrature            ? Finding::Kind::kKinkFewPoints
+        {.kind = Evidence::Kind::kMarginal, .term = "agq", .value = check.log_likelihood});
+    found.kind = check.kinks.empty()      ? Finding::Kind::kFewPoints
+                 : is_quadrature          ? Finding::Kind::kKinkFewPoints
                  : evidence.is_restricted ? Finding::Kind::kKinkRestricted
                                           : Finding::Kind::kKinkByQuadrature;
   }

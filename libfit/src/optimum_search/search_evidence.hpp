@@ -58,18 +58,19 @@ void judge_search(const ModelSpecification& specification,
                   const SearchEvidence& evidence,
                   MixedEffectsFit& fit);
 
-/// A mean with kinks in random coefficients.
-struct Kinks {
-  std::vector<std::string> coefficients{};
-  /// Log-likelihood by quadrature at the estimates with so many points per random effect; NaN if
-  /// quadrature is not possible.
-  double by_quadrature = kNaN;
+/// The likelihood with more points of quadrature than a fit has, or would have.
+struct QuadratureCheck {
+  std::vector<std::string> kinks{};  ///< random coefficients in which the mean has kinks
+  /// Log-likelihood at the estimates with so many points per random effect; NaN if it is unknown.
+  double log_likelihood = kNaN;
   int points = 0;
 };
 
-/// Adds what quadrature says about a fit with kinks. The other methods take the mean
-/// for smooth in the random effects.
+/// Adds what quadrature says about a fit by it, and about one with kinks, where the other methods
+/// take the mean for smooth in the random effects.
 /// \param evidence  of the search that has led to the fit
-void judge_kinks(MixedEffectsFit& fit, const Kinks& kinks, const SearchEvidence& evidence);
+void judge_quadrature(MixedEffectsFit& fit,
+                      const QuadratureCheck& check,
+                      const SearchEvidence& evidence);
 
 }  // namespace silvafit::fit

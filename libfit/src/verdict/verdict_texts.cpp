@@ -67,6 +67,9 @@ std::string_view text_of(Finding::Kind kind) {
       {kConfoundedVariances,
        "Not converged: {names} [is not identifiable: the likelihood does not depend on it. Remove "
        "it.|are not identifiable: their effects on the likelihood are linearly dependent.]"},
+      {kUnseenCorrelation,
+       "Not converged: {names} is not identifiable: no group has both effects. Fit them as "
+       "independent effects, with `covariance=diagonal` or blocks."},
       {kNoMinimum,
        "No minimum was reached: the estimates are still {x:.2g} standard errors away. Give other "
        "start values or use a model with fewer coefficients."},
@@ -172,6 +175,9 @@ std::string_view text_of(Finding::Kind kind) {
        "Converged, with a doubt: the formula has a kink in {names}, where quadrature needs more "
        "points; by quadrature with {x:.0f} points per random effect the log-likelihood at these "
        "estimates is {y:.2f}, not {z:.2f}. Use `agq_points={x:.0f}`."},
+      {kFewPoints,
+       "Converged, with a doubt: by quadrature with {x:.0f} points per random effect the "
+       "log-likelihood at these estimates is {y:.2f}, not {z:.2f}. Use `agq_points={x:.0f}`."},
       {kRangeDoubt,
        "Converged, with a doubt: with a range of the correlation that grows without bound the "
        "log-likelihood is higher ({x:.2f} against {y:.2f}). Compare with random effects, or with "
@@ -249,6 +255,10 @@ std::string_view text_of(Finding::Kind kind) {
       {kCorrelationEnd,
        "The residuals' correlation is at the end of its range: {each}. Tests and Wald intervals of "
        "its parameters are not valid there; compare with another structure."},
+      {kExactStratum,
+       "The residual standard deviation of {names} is 0: the random effects fit these observations "
+       "exactly. Its Wald intervals, and intervals of predictions of these observations, are not "
+       "valid; use profile intervals, or one standard deviation for all strata."},
       {kAtKink,
        "The optimum is at a kink of the formula in {names}, where an observation changes from one "
        "branch to another: standard errors are those of one side, so compare them with "

@@ -171,6 +171,8 @@ class CurveGrid {
     data::TextColumn none;
     for (std::size_t i = 0; i < kGridPoints; ++i) none.append_missing();
     table_.set(period, none);
+    // The trees' effects are within plots, too.
+    if (record_.study.options.group != "plot") table_.set("plot", none);
     table_.set(kTree, std::move(none));
   }
 

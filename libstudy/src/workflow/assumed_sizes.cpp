@@ -27,21 +27,28 @@ constexpr std::array<std::array<const char*, 2>, 3> kAssumed{
 class Completion {
  public:
   Completion(data::Table& table, std::map<std::string, std::string>& columns)
-      : table_(table), columns_(columns), hcb_(known_numbers("hcb")), assumed_(table.rows()) {}
+      : table_(table), columns_(columns), hcb_(numbers("hcb")), assumed_(table.rows()) {}
 
-  std::optional<std::vector<double>> numbers(const std::string& name) const {
-    return mapped_numbers(table_, columns_, name);
+  /// Cells with texts are reported where trees are read.
+  std::vector<double> numbers(const std::string& name) const {
+    std::vector<data::TextCell> ignored;
+    return mapped_numbers(table_, columns_, name, ignored);
   }
 
-  /// \return the number of values that are assumed
-  std::size_t complete(const std::string& name, const char* formula, data::Table& known) {
-    auto values = numbers(name);
-    if (!values) return 0;
+  /// \param number     of the size
+  /// \param[out] count  is increased by the values that are assumed
+  void complete(std::size_t number, data::Table& known, AssumedSizes& count) {
+    const std::string name = kAssumed[number][0];
+    const char* const formula = kAssumed[number][1];
+    std::vector<data::TextCell> texts;
+    std::vector<double> values = mapped_numbers(table_, columns_, name, texts);
+    std::vector<char> is_text(values.size(), 0);
+    for (const data::TextCell& cell : texts) is_text[cell.row] = 1;
     const std::vector<double> usual = data::evaluate(data::Expression::parse(formula), known);
-    std::size_t count = 0;
-    for (std::size_t row = 0; row < values->size(); ++row) {
-      double& value = (*values)[row];
-      const bool is_lacking = std::isnan(value) && std::isfinite(usual[row]);
+    bool is_complete = true;
+    for (std::size_t row = 0; row < values.size(); ++row) {
+      double& value = values[row];
+      const bool is_lacking = std::isnan(value) && is_text[row] == 0 && std::isfinite(usual[row]);
       const std::vector<double> of_crown = name == "cw" ? radii(row) : std::vector<double>();
       if (!is_lacking || of_crown.size() == kRadii.size()) continue;
       value = usual[row];
@@ -49,13 +56,17 @@ class Completion {
       if (name == "h" && hcb_[row] >= value) value = 2.0 * hcb_[row];
       if (!of_crown.empty()) value = 2.0 * mean(of_crown);
       assumed_[row] += (assumed_[row].empty() ? "" : ", ") + name;
-      ++count;
+      ++(of_crown.empty() ? count.by_dbh[number] : count.by_radii);
+      is_complete = false;
     }
-    known.set(name, *values);
-    if (count == 0) return 0;
+    known.set(name, values);
+    if (is_complete) return;
     columns_.erase(name);
-    table_.set(name, std::move(*values));
-    return count;
+    if (texts.empty()) {
+      table_.set(name, std::move(values));
+    } else {
+      table_.set(name, with_texts(values, texts));
+    }
   }
 
   /// Sets the column of the sizes that are assumed.
@@ -68,6 +79,24 @@ class Completion {
  private:
   static constexpr std::array<const char*, 4> kRadii{"cr_e", "cr_w", "cr_s", "cr_n"};
 
+  /// A column that keeps the cells that are no numbers.
+  static data::TextColumn with_texts(const std::vector<double>& values,
+                                     const std::vector<data::TextCell>& texts) {
+    data::TextColumn column;
+    auto text = texts.begin();
+    for (std::size_t row = 0; row < values.size(); ++row) {
+      while (text != texts.end() && text->row < row) ++text;
+      if (text != texts.end() && text->row == row) {
+        column.append(text->text);
+      } else if (std::isnan(values[row])) {
+        column.append_missing();
+      } else {
+        column.append(data::shortest(values[row]));
+      }
+    }
+    return column;
+  }
+
   static double mean(const std::vector<double>& values) {
     return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
   }
@@ -76,18 +105,13 @@ class Completion {
   std::vector<double> radii(std::size_t row) {
     if (!radii_) {
       radii_.emplace();
-      for (const char* name : kRadii) radii_->push_back(known_numbers(name));
+      for (const char* name : kRadii) radii_->push_back(numbers(name));
     }
     std::vector<double> measured;
     for (const std::vector<double>& radius : *radii_) {
       if (!std::isnan(radius[row])) measured.push_back(radius[row]);
     }
     return measured;
-  }
-
-  /// Columns with texts are reported where trees are read.
-  std::vector<double> known_numbers(const std::string& name) const {
-    return numbers(name).value_or(std::vector<double>(table_.rows(), data::kMissing));
   }
 
   data::Table& table_;
@@ -103,17 +127,13 @@ void assume_sizes(data::Table& table,
                   std::map<std::string, std::string>& columns,
                   AssumedSizes& counts) {
   Completion completion(table, columns);
-  auto dbh = completion.numbers("dbh");
-  if (!dbh) return;
-  for (double& value : *dbh) {
+  std::vector<double> dbh = completion.numbers("dbh");
+  for (double& value : dbh) {
     if (!(value > 0.0)) value = data::kMissing;
   }
   data::Table known(table.rows());
-  known.set("dbh", std::move(*dbh));
-  for (std::size_t k = 0; k < kAssumed.size(); ++k) {
-    const auto& [name, formula] = kAssumed[k];
-    counts[k] += completion.complete(name, formula, known);
-  }
+  known.set("dbh", std::move(dbh));
+  for (std::size_t k = 0; k < kAssumed.size(); ++k) completion.complete(k, known, counts);
   completion.mark();
 }
 
@@ -125,10 +145,14 @@ std::string note_on_predictions(const data::Table& table) {
 std::string note_on(const AssumedSizes& counts) {
   std::vector<std::string> texts;
   for (std::size_t k = 0; k < kAssumed.size(); ++k) {
-    if (counts[k] == 0) continue;
+    if (counts.by_dbh[k] == 0) continue;
     const auto& [name, formula] = kAssumed[k];
     texts.push_back(
-        fmt::format("{} of {}: {}", name, counted(counts[k], "tree", "trees"), formula));
+        fmt::format("{} of {}: {}", name, counted(counts.by_dbh[k], "tree", "trees"), formula));
+  }
+  if (counts.by_radii > 0) {
+    texts.push_back(fmt::format("cw of {}: twice the mean of the measured radii",
+                                counted(counts.by_radii, "tree", "trees")));
   }
   if (texts.empty()) return {};
   return fmt::format(

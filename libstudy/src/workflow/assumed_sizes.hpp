@@ -11,8 +11,12 @@
 
 namespace silvafit::study {
 
-/// Numbers of trees whose height, crown base and crown width were assumed.
-using AssumedSizes = std::array<std::size_t, 3>;
+/// Numbers of trees whose height, crown base and crown width were assumed by the formulas of dbh,
+/// and whose crown width was by some measured radii.
+struct AssumedSizes {
+  std::array<std::size_t, 3> by_dbh{};
+  std::size_t by_radii = 0;
+};
 
 /// Sets heights, crown bases and crown widths where they are missing, by a fixed formula of dbh.
 /// The column tree::kAssumedColumn names those of each tree.

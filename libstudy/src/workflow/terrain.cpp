@@ -46,17 +46,17 @@ void set_elevations(const data::Raster& terrain,
                     bool is_whole,
                     std::size_t& off_terrain,
                     std::vector<std::string>& notes) {
-  const auto x = mapped_numbers(table, columns, "x");
-  const auto y = mapped_numbers(table, columns, "y");
   // Texts in x or y are reported where positions are read.
-  if (!x || !y) return;
+  std::vector<data::TextCell> texts;
+  const std::vector<double> x = mapped_numbers(table, columns, "x", texts);
+  const std::vector<double> y = mapped_numbers(table, columns, "y", texts);
   std::vector<double> z(table.rows());
   for (std::size_t row = 0; row < z.size(); ++row) {
-    z[row] = terrain.at((*x)[row], (*y)[row]);
-    if (std::isnan(z[row]) && !std::isnan((*x)[row]) && !std::isnan((*y)[row])) ++off_terrain;
+    z[row] = terrain.at(x[row], y[row]);
+    if (std::isnan(z[row]) && !std::isnan(x[row]) && !std::isnan(y[row])) ++off_terrain;
   }
   const bool is_off = std::ranges::all_of(z, [](double value) { return std::isnan(value); });
-  if (is_whole && is_off) refuse_terrain(terrain, table, *x, *y);
+  if (is_whole && is_off) refuse_terrain(terrain, table, x, y);
   const bool has_own = table.has("z") || columns.contains("z");
   notes.push_back(fmt::format("elevations are those of {}{}{}",
                               terrain.file,

@@ -336,7 +336,9 @@ void TableReader::describe_unread() {
   const Names read = columns_of_labels();
   for (const std::string& column : header) {
     const data::Table& table = result_.table;
-    if (!table.has(column) || table.is_numeric(column) || contains(read, column)) continue;
+    // A text in a measure is reported where it is read.
+    const bool is_read = contains(read, column) || stand::is_measure(column) || column == "remains";
+    if (!table.has(column) || table.is_numeric(column) || is_read) continue;
     stand::StatusWords words(column);
     words.add(table.text(column));
     note(words.note());

@@ -28,7 +28,7 @@ struct Finding {
     // Why a fit has not converged.
     kTooFewObservations, kNoStart, kUndefinedDerivatives, kPerfectOnlyAtLimit, kSquaresKeepFalling,
     kLikelihoodKeepsRising, kLimitOfCurve, kUnboundedPower, kConfounded, kSteps, kNearlyConfounded,
-    kDependentEstimates, kConfoundedVariances, kNoMinimum, kStillChanging, kStillChangingBy,
+    kDependentEstimates, kConfoundedVariances, kUnseenCorrelation, kNoMinimum, kStillChanging, kStillChangingBy,
     kNoMaximumFound, kMaximumAway, kNoClearMode, kDivergedAway, kPerfectByFixedEffects,
     kNoFirstStep, kSingleExact, kPerfectCurve, kSingularCorrelation, kBeyondMeasure,
     kSaturated, kImpossibleError,
@@ -37,13 +37,14 @@ struct Finding {
     kHeldImpossible,
     // Before the result; the last finding comes first.
     kFallback, kFirstBefore = kFallback, kStartFailed, kNoneInside, kContainedDoubt, kKink,
-    kKinkRestricted, kKinkByQuadrature, kKinkFewPoints, kRangeDoubt, kTwoValues, kCounts, kMissingCode, kIsolatedCode, kImputedRows, kCodesRead, kNameDoubt, kInseparable,
+    kKinkRestricted, kKinkByQuadrature, kKinkFewPoints, kFewPoints, kRangeDoubt, kTwoValues, kCounts, kMissingCode, kIsolatedCode, kImputedRows, kCodesRead, kNameDoubt, kInseparable,
     // After the result.
     kMovingMost, kFirstAfter = kMovingMost, kLinearModelInvalid, kEffectsDiverge, kStepsDoNotSettle,
     kPassLimit, kSquaresDiverge, kIterationLimit, kRangeUnbounded, kEvaluationLimit, kJumps,
     kTryKinks, kKinkUnsettled, kKinkUnsettledWithoutEffects, kTrySimpler, kTrySimplerOnly,
     kTryOtherMethod, kTryLeastSquares, kSingleObservations, kSingleObservationsOf, kEqualGroupings,
-    kRemoveOneEffect, kRemoveOne, kUseAgq, kUseFocei, kSingular, kCorrelationEnd, kAtKink, kPowerOfFew, kFloored,
+    kRemoveOneEffect, kRemoveOne, kUseAgq, kUseFocei, kSingular, kCorrelationEnd, kExactStratum,
+    kAtKink, kPowerOfFew, kFloored,
     kFlooredPower, kExpectedErrors, kLinearizationDoubtful, kHigherOptimum, kLowerFromStart,
     kCloseOptimum, kAtBounds, kEndsAtBounds, kSampleStart, kParametersTaken,
   };
