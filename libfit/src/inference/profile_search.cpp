@@ -509,6 +509,14 @@ void take(const Limit& limit,
   }
 }
 
+/// A ratio may pass infinity where its denominator may be 0.
+void note_beyond_infinity(ParameterInterval& interval) {
+  const bool is_one_sided = std::isinf(interval.lower) != std::isinf(interval.upper);
+  if (interval.kind != ParameterKind::kDerived || !is_one_sided) return;
+  add_note(interval.note,
+           "if it is a ratio, values at the other end, beyond infinity, are not excluded either");
+}
+
 FittedModel moved(FittedModel fit, const VectorXd& estimate) {
   Index next = 0;
   for (Index j = 0; j < fit.estimate.size(); ++j) {
@@ -555,6 +563,7 @@ ParameterInterval profile_interval(LikelihoodSurface& surface,
   } else {
     take(search.limit(1, deviance), true, parameter, interval);
   }
+  note_beyond_infinity(interval);
   if (is_low || is_high) {
     add_note(
         interval.note,
