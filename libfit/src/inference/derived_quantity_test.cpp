@@ -181,3 +181,30 @@ TEST_CASE("a quantity without a finite value at the estimates is refused") {
     CHECK_THROWS_WITH(derived_values(fit), Catch::Matchers::Contains(name));
   }
 }
+
+TEST_CASE("the profile of a ratio whose denominator may be 0 is Fieller's set") {
+  data::Table table;
+  table.set("x", {1, 2, 3, 4, 5, 6, 7, 8, 9, 10});
+  table.set("y", {1.2, 0.8, 1.5, 0.6, 1.1, 0.9, 1.4, 0.7, 1.3, 1.1});
+  const ModelSpecification model =
+      specify_model(ModelTexts{.formula = "y ~ a + b*x", .derived = {"r = a/b"}}, table);
+  const FittedModel fit = fit_model(model, table, {.method = Method::kOrdinary}).fit;
+  // (a - r b)^2 = t^2 (V11 - 2 r V12 + r^2 V22), t the 97.5 % quantile with 8 degrees of freedom.
+  constexpr double kT = 2.306004135204166;
+  const double a = fit.estimate[0];
+  const double b = fit.estimate[1];
+  const Eigen::Matrix2d v = kT * kT * fit.covariance;
+  const double square = b * b - v(1, 1);
+  const double linear = a * b - v(0, 1);
+  const double root = std::sqrt(linear * linear - square * (a * a - v(0, 0)));
+  REQUIRE(square < 0.0);  // the set is what lies outside of the roots
+  const double low = (linear + root) / square;
+  const double high = (linear - root) / square;
+  const ParameterInterval ratio =
+      confidence_intervals(fit, table, {.method = IntervalMethod::kProfile}).parameters.back();
+  REQUIRE(ratio.name == "r");
+  const bool is_above = ratio.estimate > high;
+  CHECK((is_above ? ratio.lower : ratio.upper) == Approx(is_above ? high : low).epsilon(1e-6));
+  CHECK(std::isinf(is_above ? ratio.upper : ratio.lower));
+  CHECK_THAT(ratio.note, Catch::Contains("beyond infinity"));
+}
