@@ -31,11 +31,11 @@ void refuse_new_numbers(const std::vector<MeasuredPlot>& plots, const Inventory&
 /// \param file  of the inventory, for the message
 /// \throws InputError if the median tree of a plot, of three survivors or more, grew by more than
 ///   kFastestCmPerYear or lost more than kLargestLoss of it
+void check_increments(const GrowthReport& report, const std::string& file);
+
 /// \throws InputError if most survivors are other trees at the end of a period: of another species,
 ///   much thinner, or thicker than trees grow
 void refuse_other_trees(const GrowthReport& report, const std::string& file);
-
-void check_increments(const GrowthReport& report, const std::string& file);
 
 /// The rows of survivors of a period at its start and its end.
 using Survivors = std::vector<std::pair<std::size_t, std::size_t>>;

@@ -102,6 +102,17 @@ StandOptions stand_options(AnalysisCall& call) {
   return options;
 }
 
+/// The new columns, and the rows of a file with them.
+std::vector<std::pair<std::string, data::Table>> tables_of(const data::TableSource& source,
+                                                           const AddedColumns& added,
+                                                           const ReadingSettings& reading) {
+  std::vector<std::pair<std::string, data::Table>> tables{{"columns", added.table}};
+  if (!std::holds_alternative<std::shared_ptr<const data::Table>>(source)) {
+    tables.emplace_back("rows", rows_with_columns(source, added, reading));
+  }
+  return tables;
+}
+
 }  // namespace
 
 AnalysisWork structural_units_work(AnalysisCall& call) {
@@ -137,21 +148,6 @@ AnalysisWork stand_growth_work(AnalysisCall& call) {
                           .warnings = warnings_on(found.inventory)};
   };
 }
-
-namespace {
-
-/// The new columns, and the rows of a file with them.
-std::vector<std::pair<std::string, data::Table>> tables_of(const data::TableSource& source,
-                                                           const AddedColumns& added,
-                                                           const ReadingSettings& reading) {
-  std::vector<std::pair<std::string, data::Table>> tables{{"columns", added.table}};
-  if (!std::holds_alternative<std::shared_ptr<const data::Table>>(source)) {
-    tables.emplace_back("rows", rows_with_columns(source, added, reading));
-  }
-  return tables;
-}
-
-}  // namespace
 
 AnalysisWork impute_work(AnalysisCall& call) {
   const auto options = call.read_with_threads<ImputeOptions>();

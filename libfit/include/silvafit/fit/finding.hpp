@@ -28,7 +28,8 @@ struct Finding {
     // Why a fit has not converged.
     kTooFewObservations, kNoStart, kUndefinedDerivatives, kPerfectOnlyAtLimit, kSquaresKeepFalling,
     kLikelihoodKeepsRising, kLimitOfCurve, kUnboundedPower, kConfounded, kSteps, kNearlyConfounded,
-    kDependentEstimates, kConfoundedVariances, kUnseenCorrelation, kNoMinimum, kStillChanging, kStillChangingBy,
+    kDependentEstimates, kConfoundedVariances, kUnseenCorrelation, kNoMinimum, kStillChanging,
+    kStillChangingBy,
     kNoMaximumFound, kMaximumAway, kNoClearMode, kDivergedAway, kPerfectByFixedEffects,
     kNoFirstStep, kSingleExact, kPerfectCurve, kSingularCorrelation, kBeyondMeasure,
     kSaturated, kImpossibleError,
@@ -37,7 +38,8 @@ struct Finding {
     kHeldImpossible,
     // Before the result; the last finding comes first.
     kFallback, kFirstBefore = kFallback, kStartFailed, kNoneInside, kContainedDoubt, kKink,
-    kKinkRestricted, kKinkByQuadrature, kKinkFewPoints, kFewPoints, kRangeDoubt, kTwoValues, kCounts, kMissingCode, kIsolatedCode, kImputedRows, kCodesRead, kNameDoubt, kInseparable,
+    kKinkRestricted, kKinkByQuadrature, kKinkFewPoints, kFewPoints, kRangeDoubt, kTwoValues,
+    kCounts, kMissingCode, kIsolatedCode, kImputedRows, kCodesRead, kNameDoubt, kInseparable,
     // After the result.
     kMovingMost, kFirstAfter = kMovingMost, kLinearModelInvalid, kEffectsDiverge, kStepsDoNotSettle,
     kPassLimit, kSquaresDiverge, kIterationLimit, kRangeUnbounded, kEvaluationLimit, kJumps,
