@@ -24,6 +24,9 @@ namespace silvafit::cli {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr char kPageSection[] = "Page";
+
 struct ViewArguments {
   CommonOptions common{};
   TableArguments table{};
@@ -31,11 +34,25 @@ struct ViewArguments {
   std::string trees{};
   std::string out{};
   bool does_not_open = false;
-  bool chooses_models = false;  ///< how trees look is given
   study::ViewPageSettings settings{};
 };
 
-void check(const ViewArguments& arguments) {
+/// A GLB scene is shown unchanged; what chooses its trees needs a table of them.
+void check_scene_option(const CLI::Option& option, bool has_trees) {
+  const std::string name = option.get_name();
+  const bool chooses_trees = name == "--plot" || name == "--mark";
+  const bool is_of_table = option.get_group() == kInputSection && name != "--terrain";
+  const bool is_of_looks = option.get_group() == kPageSection && name != "--title";
+  if (chooses_trees || is_of_table) {
+    if (has_trees) return;
+    throw UsageError("a GLB scene has no table of trees; add `--trees FILE.csv`", {.column = name});
+  }
+  if (is_of_looks || name == "--terrain" || name == "--seed") {
+    throw UsageError("a GLB scene is shown unchanged; use this option in grow", {.column = name});
+  }
+}
+
+void check(const ViewArguments& arguments, const CLI::App& command) {
   const bool is_scene = study::is_glb(arguments.source);
   if (!arguments.trees.empty() && !is_scene) {
     throw UsageError(
@@ -47,19 +64,9 @@ void check(const ViewArguments& arguments) {
   if (!arguments.out.empty() && !is_page) {
     throw UsageError("--out must end in .html or .htm, not in " + arguments.out);
   }
-  const bool has_choice =
-      !arguments.settings.view.plots.empty() || !arguments.settings.reading.columns.empty();
-  if (is_scene && arguments.trees.empty() && has_choice) {
-    throw UsageError("--plot and --columns need a table of trees; add --trees FILE.csv");
-  }
-  if (is_scene && !arguments.table.terrain.empty()) {
-    throw UsageError("the trees of a GLB scene stand on its ground; use it in grow",
-                     {.column = "--terrain"});
-  }
-  if (is_scene && arguments.chooses_models) {
-    throw UsageError(
-        "--models, --lod, --season and --plain cannot be used with a GLB scene, which is shown "
-        "unchanged");
+  if (!is_scene) return;
+  for (const CLI::Option* const option : command.get_options()) {
+    if (option->count() > 0) check_scene_option(*option, !arguments.trees.empty());
   }
 }
 
@@ -70,8 +77,8 @@ std::string trees_text(const study::View& view) {
   return counted(view.unmeasured, "tree", "trees") + " without measurements";
 }
 
-void run(ViewArguments& arguments) {
-  check(arguments);
+void run(ViewArguments& arguments, const CLI::App& command) {
+  check(arguments, command);
   if (arguments.out.empty() && arguments.source.starts_with("PG:")) {
     throw UsageError("--out FILE.html is needed for the trees of a database");
   }
@@ -135,17 +142,12 @@ void add_view_command(CLI::App& program) {
       ->group(kOutputSection);
   add_layer_options(command, arguments->table);
   add_terrain_option(command, arguments->table);
-  each_setting(arguments->settings.view, SettingOptions(command, "Page"));
+  each_setting(arguments->settings.view, SettingOptions(command, kPageSection));
   add_reading_options(command, arguments->settings.reading);
   command.add_flag("--no-open", arguments->does_not_open, "Do not open the page in a browser");
   add_common_options(command, arguments->common);
   add_example(command, "silvafit view study --plot 3");
-  command.callback([arguments, &command] {
-    for (const char* const key : {"models", "lod", "season", "textures"}) {
-      arguments->chooses_models = arguments->chooses_models || is_given(command, key);
-    }
-    run(*arguments);
-  });
+  command.callback([arguments, &command] { run(*arguments, command); });
 }
 
 }  // namespace silvafit::cli

@@ -75,8 +75,18 @@ class Pages(ViewTest):
         self.assertIn("3 trees without measurements", self.view("s.glb").stdout)
         (self.folder / "scene").write_bytes((self.folder / "s.glb").read_bytes())
         self.assertIn("3 trees", self.run_program("view", "scene", "--no-open").stdout)
-        self.assertIn("which is shown unchanged",
-                      self.run_program("view", "s.glb", "--models", "2", status=2).stderr)
+
+    def test_options_without_effect_on_a_scene_are_refused(self):
+        self.run_program("grow", "trees.csv", "--scene", "s.glb", "--lod", "3", "--quiet")
+        for option in (("--models", "2"), ("--lod", "3"), ("--plain",), ("--season", "winter"),
+                       ("--seed", "2")):
+            error = self.run_program("view", "s.glb", *option, "--no-open", status=2).stderr
+            self.assertIn("shown unchanged", error)
+        for option in (("--plot", "1"), ("--columns", "h=h"), ("--where", "dbh > 7"),
+                       ("--dead", "include"), ("--trust-units",)):
+            error = self.run_program("view", "s.glb", *option, "--no-open", status=2).stderr
+            self.assertIn("add --trees FILE.csv", error)
+        self.run_program("view", "s.glb", "--trees", "trees.csv", "--where", "dbh > 20", "--no-open")
 
     def test_other_files_are_told_what_can_be_shown(self):
         self.run_program("grow", "trees.csv", "--scene", "s.obj", "--lod", "3", "--quiet")

@@ -24,6 +24,8 @@ double spread_of(const VectorXd& response) {
   return spread > 0.0 ? spread : std::abs(response.mean());
 }
 
+constexpr double kSmallest = std::numeric_limits<double>::min();  ///< instead of a length of 0
+
 double typical_residual(const MixedEffectsFit& fit) {
   return fit.residual_sd.norm() / std::sqrt(static_cast<double>(fit.residual_sd.size()));
 }
@@ -228,6 +230,29 @@ Degeneracy degeneracy(const NonlinearModel& model,
     if (result.reason) return result;
   }
   return {};
+}
+
+std::vector<std::string> strata_without_freedom(const NonlinearModel& model,
+                                                const MixedEffectsFit& fit) {
+  std::vector<std::string> result;
+  if (model.term_count() > 0 || !fit.estimate.allFinite()) return result;
+  for (const VarianceFactorEstimate& factor : fit.variance.factors) {
+    if (factor.ratio.size() == 0 || factor.factor.stratum.empty()) continue;
+    const MatrixXd jacobian = model.curve_at(fit.estimate).jacobian;
+    if (!jacobian.allFinite()) return result;
+    const NonlinearModel::Strata& strata = model.strata(factor.factor.stratum);
+    std::vector<std::vector<Index>> rows(strata.labels.size());
+    for (std::size_t i = 0; i < strata.of_rows.size(); ++i) {
+      rows[static_cast<std::size_t>(strata.of_rows[i])].push_back(static_cast<Index>(i));
+    }
+    const VectorXd lengths = jacobian.colwise().norm().cwiseMax(kSmallest);
+    for (std::size_t s = 0; s < rows.size(); ++s) {
+      if (std::ssize(rows[s]) > jacobian.cols()) continue;
+      const MatrixXd own = jacobian(rows[s], Eigen::all) * lengths.cwiseInverse().asDiagonal();
+      if (own.colPivHouseholderQr().rank() == own.rows()) result.push_back(strata.labels[s]);
+    }
+  }
+  return result;
 }
 
 bool fits_exactly(const NonlinearModel& model, const MixedEffectsFit& fit) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "model/coefficient_frame.hpp"
@@ -27,6 +28,12 @@ struct Degeneracy {
 Degeneracy degeneracy(const NonlinearModel& model,
                       const CoefficientFrame& frame,
                       const MixedEffectsFit& fit);
+/// Strata of a variance function without random effects that have no more observations than the
+/// curve can pass through: the likelihood grows without bound as the curve does so and their
+/// standard deviation goes to 0, so that an estimate is a local maximum at best. (The restricted
+/// likelihood is bounded.)
+std::vector<std::string> strata_without_freedom(const NonlinearModel& model,
+                                                const MixedEffectsFit& fit);
 /// Whether the model fits all observations exactly.
 bool fits_exactly(const NonlinearModel& model, const MixedEffectsFit& fit);
 /// Whether there is a reason as in degeneracy().

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "mixed_effects/mixed_effects_evidence.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 
@@ -154,4 +155,35 @@ TEST_CASE("collinear covariates are named by every method") {
     CHECK_FALSE(convergence.converged());
     CHECK_THAT(convergence.verdict(), Contains("not identifiable") && Contains("a:twice"));
   }
+}
+
+TEST_CASE("a stratum that the curve can pass through has no highest likelihood") {
+  // The log-likelihood of a line through the only observation of B, whose standard deviation is s,
+  // and of standard deviation 1 for the others is a constant - log(s).
+  data::Table table;
+  const std::vector<double> x{1, 2, 3, 4, 5, 6, 7, 8};
+  const std::vector<double> y{1.1, 1.8, 3.3, 3.9, 5.2, 5.8, 7.3, 9.5};
+  data::TextColumn stratum;
+  for (int i = 0; i < 8; ++i) stratum.append(i == 7 ? "B" : "A");
+  table.set("x", x);
+  table.set("y", y);
+  table.set("s", stratum);
+  ModelSpecification model = specify_model("y ~ a + b*x", {}, table);
+  model.variance = parse_variance_function("stratum(s)");
+  FitModelOptions options;
+  options.method = Method::kGeneralized;
+  const FittedModel fit = fit_model(model, table, options).fit;
+  const auto through_b = [&](double sd) {
+    double sum = -0.5 * 8.0 * std::log(kTwoPi) - std::log(sd);
+    for (std::size_t i = 0; i < 7; ++i) {
+      const double residual = y[i] - (fit.estimate[0] + (9.5 - fit.estimate[0]) / 8.0 * x[i]);
+      sum -= 0.5 * residual * residual;
+    }
+    return sum;
+  };
+  CHECK(through_b(1e-12) > fit.log_likelihood);
+  CHECK_THAT(fit.convergence.verdict(), Contains("all observations of B"));
+  options.reml = true;
+  CHECK_THAT(fit_model(model, table, options).fit.convergence.verdict(),
+             !Contains("all observations of B"));
 }

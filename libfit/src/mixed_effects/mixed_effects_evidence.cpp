@@ -153,7 +153,10 @@ void note_failure(const NonlinearModel& model,
     if (!obstacle.moving.empty()) {
       convergence.find({.kind = kMovingMost, .names = {obstacle.moving}});
     }
-    if (obstacle.cause) convergence.find({.kind = *obstacle.cause});
+    const bool is_mixed = model.term_count() > 0;
+    if (obstacle.cause && (is_mixed || *obstacle.cause != kSquaresDiverge)) {
+      convergence.find({.kind = *obstacle.cause});
+    }
     convergence.find(advice(model, rounds));
   }
   if (!obstacle.moving.empty()) convergence.add(Evidence::Kind::kMoving, {obstacle.moving});
@@ -292,6 +295,12 @@ void note_unbounded_powers(const NonlinearModel& model, MixedEffectsFit& fit) {
   }
 }
 
+void note_strata_without_freedom(const NonlinearModel& model, MixedEffectsFit& fit) {
+  std::vector<std::string> strata = strata_without_freedom(model, fit);
+  if (strata.empty()) return;
+  fit.convergence.find({.kind = Finding::Kind::kStratumOfFew, .names = std::move(strata)});
+}
+
 /// Records that the likelihood has no maximum.
 void note_degeneracy(Degeneracy found, MixedEffectsFit& fit) {
   if (!found.reason) return;
@@ -382,6 +391,7 @@ void judge(const NonlinearModel& model,
   const bool is_confounded = note_confounding(
       model, slopes.frame.has_full_rank, is_restricted, obstacle, degenerate.is_exact, fit);
   if (!is_confounded) note_degeneracy(std::move(degenerate), fit);
+  if (!is_restricted) note_strata_without_freedom(model, fit);
   if (!fit.convergence.converged() && rounds == Rounds::kAlternations &&
       !model.fixed_kinks().empty()) {
     const bool is_mixed = !model.specification().random.empty();

@@ -259,6 +259,10 @@ std::string_view text_of(Finding::Kind kind) {
        "The residual standard deviation of {names} is 0: the random effects fit these observations "
        "exactly. Its Wald intervals, and intervals of predictions of these observations, are not "
        "valid; use profile intervals, or one standard deviation for all strata."},
+      {kStratumOfFew,
+       "These estimates are a local maximum at best: the likelihood grows without bound as the "
+       "curve passes through all observations of {names} and their standard deviation goes to 0. "
+       "Join this stratum with another one, or use REML."},
       {kAtKink,
        "The optimum is at a kink of the formula in {names}, where an observation changes from one "
        "branch to another: standard errors are those of one side, so compare them with "

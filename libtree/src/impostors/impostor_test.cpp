@@ -77,7 +77,7 @@ TEST_CASE("impostors have the measurements of any valid tree") {
   Random random(61);
   Impostors impostors;
   for (const Builder* builder : all_presets()) {
-    for (int i = 0; i < 25; ++i) {
+    for (int i = 0; i < 8; ++i) {
       const Morphology tree = test::random_morphology(random, i);
       const SceneTree grown = grow_tree(tree, *builder, far_away(impostors));
       test::check_mesh_measurements(tree, grown);

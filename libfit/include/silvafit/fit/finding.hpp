@@ -29,8 +29,7 @@ struct Finding {
     kTooFewObservations, kNoStart, kUndefinedDerivatives, kPerfectOnlyAtLimit, kSquaresKeepFalling,
     kLikelihoodKeepsRising, kLimitOfCurve, kUnboundedPower, kConfounded, kSteps, kNearlyConfounded,
     kDependentEstimates, kConfoundedVariances, kUnseenCorrelation, kNoMinimum, kStillChanging,
-    kStillChangingBy,
-    kNoMaximumFound, kMaximumAway, kNoClearMode, kDivergedAway, kPerfectByFixedEffects,
+    kStillChangingBy, kNoMaximumFound, kMaximumAway, kNoClearMode, kDivergedAway, kPerfectByFixedEffects,
     kNoFirstStep, kSingleExact, kPerfectCurve, kSingularCorrelation, kBeyondMeasure,
     kSaturated, kImpossibleError,
     kInvalidAtFirstOrder, kNoModes, kInvalidForSample, kFirstOrderHigher, kContainedHigher,
@@ -46,8 +45,7 @@ struct Finding {
     kTryKinks, kKinkUnsettled, kKinkUnsettledWithoutEffects, kTrySimpler, kTrySimplerOnly,
     kTryOtherMethod, kTryLeastSquares, kSingleObservations, kSingleObservationsOf, kEqualGroupings,
     kRemoveOneEffect, kRemoveOne, kUseAgq, kUseFocei, kSingular, kCorrelationEnd, kExactStratum,
-    kAtKink, kPowerOfFew, kFloored,
-    kFlooredPower, kExpectedErrors, kLinearizationDoubtful, kHigherOptimum, kLowerFromStart,
+    kStratumOfFew, kAtKink, kPowerOfFew, kFloored, kFlooredPower, kExpectedErrors, kLinearizationDoubtful, kHigherOptimum, kLowerFromStart,
     kCloseOptimum, kAtBounds, kEndsAtBounds, kSampleStart, kParametersTaken,
   };
   // clang-format on
