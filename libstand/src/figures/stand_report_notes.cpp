@@ -50,7 +50,8 @@ void ReportMaker::note_areas() {
   if (!is_hull_ && !options_.trust_units && basal_area > kUsualBasalArea) {
     note({fmt::format(
         "{:.0f} m2 of basal area per hectare are more than nearly all forests have: check the "
-        "areas, and that dbh is the diameter in cm; of circumferences use `columns=dbh=COLUMN/pi`",
+        "areas, and that dbh is the diameter in cm; of circumferences use `columns=dbh=COLUMN/pi`, "
+        "of millimeters `columns=dbh=COLUMN/10`",
         basal_area)});
   }
   if (!plots_of_table_without_trees_.empty()) {

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
@@ -16,12 +17,28 @@
 #include "silvafit/data/expression.hpp"
 #include "trees/column_sources.hpp"
 #include "trees/folded_text.hpp"
+#include "trees/measurement_time.hpp"
 #include "trees/usual_names.hpp"
 
 namespace silvafit::stand {
 namespace {
 
 using Names = std::vector<std::string>;
+
+/// Such as DBH_{year}, if two columns differ in the year in their name only; else empty.
+std::string pattern_of_visits(const Names& columns) {
+  constexpr std::string_view kDigits = "0123456789";
+  std::set<std::string> patterns;
+  for (const std::string& column : columns) {
+    const std::size_t begin = column.find_first_of(kDigits);
+    if (begin == std::string::npos) continue;
+    const std::size_t end = std::min(column.find_first_not_of(kDigits, begin), column.size());
+    if (!years_of(column.substr(begin, end - begin))) continue;
+    std::string pattern = column.substr(0, begin) + "{year}" + column.substr(end);
+    if (!patterns.insert(pattern).second) return pattern;
+  }
+  return {};
+}
 
 /// The columns that commands read; further ones make more results.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kNeeds{
@@ -191,11 +208,13 @@ void Describer::add_lacks() {
     if (has(column.name) || (column.makes_position() && has("x"))) continue;
     const Names likely = likely_columns(column.name, header());
     if (likely.empty()) continue;
-    note(fmt::format("{} may be {}: `columns={}={}`",
-                     column.name,
-                     fmt::join(likely, " or "),
-                     column.name,
-                     likely.front()));
+    const std::string visits = pattern_of_visits(likely);
+    note(fmt::format(
+        "{0} may be {1}: `columns={0}={2}`{3}",
+        column.name,
+        fmt::join(likely, " or "),
+        likely.front(),
+        visits.empty() ? "" : fmt::format("; of all visits: `visits={}={}`", column.name, visits)));
   }
 }
 
@@ -249,13 +268,16 @@ std::vector<std::string> likely_columns(std::string_view name,
 
 std::string no_standard_column(const TreeColumn& column, const std::vector<std::string>& header) {
   const Names likely = likely_columns(column.name, header);
+  const std::string visits = pattern_of_visits(likely);
   return fmt::format(
-      "no column {0} ({1}) was found; {2}name it with `columns={0}={3}`; available: {4}; "
+      "no column {0} ({1}) was found; {2}name it with `columns={0}={3}`{4}; available: {5}; "
       "`silvafit columns` shows how each column is read",
       column.name,
       column.meaning_with_unit(),
       likely.empty() ? "" : fmt::format("it may be {}; ", fmt::join(likely, " or ")),
       likely.empty() ? "COLUMN" : likely.front(),
+      visits.empty() ? ""
+                     : fmt::format(", or read all visits with `visits={}={}`", column.name, visits),
       data::list_of(header));
 }
 

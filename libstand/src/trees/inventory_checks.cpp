@@ -212,9 +212,13 @@ std::optional<RemoteTree> remote_tree(const Inventory& inventory,
   const auto [south, north] = std::ranges::minmax_element(trees, by(inventory.y));
   for (const std::size_t tree : {*west, *east, *south, *north}) {
     PlotSummary others;
+    // Several trees at the place of a code are as far away.
     for (const std::size_t other : trees) {
-      if (other != tree) others.add(inventory.x[other], inventory.y[other]);
+      const bool is_there =
+          inventory.x[other] == inventory.x[tree] && inventory.y[other] == inventory.y[tree];
+      if (!is_there) others.add(inventory.x[other], inventory.y[other]);
     }
+    if (others.trees < kEnoughTrees) continue;
     const double distance_m = others.distance_m(inventory.x[tree], inventory.y[tree]);
     if (distance_m > others.size_m()) return RemoteTree{tree, distance_m, others.size_m()};
   }

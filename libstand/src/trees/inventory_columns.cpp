@@ -280,13 +280,28 @@ std::optional<std::size_t> Planner::tally_field(const ColumnPlan& plan) const {
       "trees numtrees numberoftrees nooftrees numberofstems "
       "stuckzahl stammzahl baumzahl nombre effectif nbtiges nbarbres numerodearboles cantidad "
       "quantidade kpl runkoluku antal stamantal liczba pocet aantal adet 株数 株數 本数 "
-      "nha nperha treesperha stemsperha";
+      "nha nperha treesperha stemsperha nb number qty quantity qtde qtd stk antall multiplicity";
+  constexpr std::string_view kCounts =
+      "n no nr nb num number nombre numero qty quantity cantidad antal antall anzahl";
+  constexpr std::string_view kTrees =
+      "stems trees arboles arvores arbres tiges baume stamme individuals individuos";
+  const auto counts_trees = [&](std::string_view letters) {
+    for (std::size_t length = letters.size(); length-- > 1;) {
+      std::string_view rest = letters.substr(length);
+      if (!has_word(kCounts, letters.substr(0, length))) continue;
+      for (const std::string_view joint : {"of", "de"}) {
+        if (rest.starts_with(joint)) rest.remove_prefix(joint.size());
+      }
+      if (has_word(kTrees, rest)) return true;
+    }
+    return false;
+  };
   const bool are_placed = plan.measures[kX].exists() && plan.measures[kY].exists();
   const bool is_of_trees = plan.labels[kTree].exists() && are_placed;
   if (is_of_trees || options_.trust_units || options_.has_expansion) return std::nullopt;
   for (std::size_t field = 0; field < header_.size(); ++field) {
     const std::string letters = folded_letters(header_[field]);
-    const bool is_tally = !letters.empty() && has_word(kNames, letters);
+    const bool is_tally = !letters.empty() && (has_word(kNames, letters) || counts_trees(letters));
     if (is_tally && !is_used(plan, header_[field])) return field;
   }
   return std::nullopt;

@@ -204,6 +204,7 @@ void InventoryReader::append(const InventoryRow& row, TreeStatus status) {
     inventory.neighbor_only.push_back(0);
   }
   inventory.lines.push_back(static_cast<std::uint32_t>(row.line));
+  inventory.contents.push_back(row.content);
   kept_rows_.push_back(row_count_ - rows_before_ - 1);
   inventory.plot.append(row.labels[kPlot]);
   inventory.tree.append(row.labels[kTree]);
@@ -291,6 +292,7 @@ void InventoryReader::find_plot_lines() {
 void InventoryReader::describe_table() {
   Inventory& inventory = result_.inventory;
   result_.notes = notes();
+  find_divided_plots();
   std::string similar_plots = describe_similar_labels(inventory.plot);
   if (!similar_plots.empty()) result_.notes.push_back(std::move(similar_plots));
   result_.recognized = recognized();
@@ -327,6 +329,8 @@ CheckedInventory InventoryReader::read() {
     for (std::size_t i = 0; i < block_size_; ++i) accept_or_exclude(block_[i]);
   }
   require_clear_marks();
+  refuse_shortened_labels(inventory.plot, "plot", plan_.labels[kPlot].text, file_);
+  refuse_shortened_labels(inventory.tree, "tree", plan_.labels[kTree].text, file_);
   status_.require_one_meaning(file_);
   refuse_tally();
   refuse_epithets();

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -25,6 +26,7 @@
 #include "trees/inventory_checks.hpp"
 #include "trees/inventory_columns.hpp"
 #include "trees/inventory_repeats.hpp"
+#include "trees/shared_plot_labels.hpp"
 
 namespace silvafit::stand {
 
@@ -36,6 +38,7 @@ inline bool is_missing(std::string_view field) {
 /// A row of the current block.
 struct InventoryRow {
   std::size_t line = 0;
+  std::uint64_t content = 0;  ///< Inventory::contents
   std::array<std::string, kLabelCount> labels{};
   std::string time{};                ///< as written; empty if there is no such column
   std::vector<std::string> units{};  ///< as time, of ColumnPlan::unit_fields
@@ -93,7 +96,7 @@ class InventoryReader {
                    const std::string& column,
                    bool is_position,
                    InventoryRow& row);
-  void refuse_both_marks(std::string_view text, const std::string& column) const;
+  void refuse_other_marks(std::string_view text, const std::string& column) const;
   void require_clear_marks() const;
   void require_direction(const ExpressionField& source, double value) const;
   void require_computed_directions(const data::Table& table) const;
@@ -119,6 +122,8 @@ class InventoryReader {
   void compare_trees();
   void compare_measurements();
   void refuse_unknown_visits() const;
+  void explain_shared_numbers();
+  void find_divided_plots();
   void find_plots_left_out();
   void find_plot_lines();
   void describe_table();

@@ -3,192 +3,27 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <iterator>
-#include <limits>
 #include <map>
-#include <numeric>
 #include <optional>
-#include <set>
 #include <tuple>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/csv.hpp"
+#include "silvafit/data/expression.hpp"
 #include "trees/inventory_columns.hpp"
 #include "trees/inventory_reader.hpp"
 #include "trees/measurement_time.hpp"
-#include "trees/plot_visits.hpp"
 
 namespace silvafit::stand {
 namespace {
 
 /// Separates plot and time in a key; it does not occur in files.
 constexpr char kSeparator = '\x1f';
-
-struct StemPosition {
-  double x = 0.0;
-  double y = 0.0;
-};
-
-using Cell = std::pair<double, double>;
-
-Cell cell_of(StemPosition point) {
-  return {std::floor(point.x / kResurveyMeters), std::floor(point.y / kResurveyMeters)};
-}
-
-/// The stems of one id at one position: the first row, and the first row of each dbh or, if the
-/// position is unknown, of each set of measures.
-struct Stems {
-  std::size_t first_row = 0;
-  std::map<std::vector<double>, std::size_t> row_of_measures{};
-};
-
-/// Compares rows of one id, one after another.
-class SameId {
- public:
-  SameId(const Inventory& inventory, const data::TextColumn& times)
-      : inventory_(inventory), times_(times) {}
-
-  void begin();
-  /// Relation of a row to the earlier ones; the first row is classified as another tree, too.
-  RepeatedTree add(std::size_t row);
-
- private:
-  bool is_time_known(std::size_t row) const {
-    return times_.size() != 0 && !times_.is_missing(row);
-  }
-  bool is_other_time(std::size_t left, std::size_t right) const {
-    return is_time_known(left) && is_time_known(right) && times_.code(left) != times_.code(right);
-  }
-  std::optional<StemPosition> position_of(std::size_t row) const;
-  std::vector<double> measures_of(std::size_t row) const;
-  std::optional<std::size_t> row_of_other_time(std::size_t row) const;
-
-  const Inventory& inventory_;
-  const data::TextColumn& times_;
-  std::size_t first_row_ = kNoRow;
-  Stems unplaced_{};
-  std::map<std::pair<double, double>, Stems> places_{};
-  std::map<Cell, std::vector<std::size_t>> first_rows_near_{};
-
-  static constexpr std::size_t kNoRow = std::numeric_limits<std::size_t>::max();
-};
-
-void SameId::begin() {
-  first_row_ = kNoRow;
-  unplaced_ = {.first_row = kNoRow};
-  places_.clear();
-  first_rows_near_.clear();
-}
-
-std::optional<StemPosition> SameId::position_of(std::size_t row) const {
-  if (!inventory_.has_coordinates()) return std::nullopt;
-  const StemPosition point{inventory_.x[row], inventory_.y[row]};
-  if (std::isnan(point.x) || std::isnan(point.y)) return std::nullopt;
-  return point;
-}
-
-/// What distinguishes stems at one position: their number and dbh or, without a position, all
-/// measures.
-std::vector<double> SameId::measures_of(std::size_t row) const {
-  // Missing values are equal, and NaN cannot be ordered.
-  const auto comparable = [row](const std::vector<double>& values) {
-    const bool is_missing = values.empty() || std::isnan(values[row]);
-    return is_missing ? -std::numeric_limits<double>::infinity() : values[row];
-  };
-  std::vector<double> measures;
-  if (inventory_.stem.size() > 0) measures.push_back(inventory_.stem.code(row));
-  if (position_of(row)) {
-    measures.push_back(comparable(inventory_.dbh_cm));
-    return measures;
-  }
-  for (std::size_t i = 0; i < kMeasureCount; ++i) {
-    measures.push_back(comparable(values_of(inventory_, i)));
-  }
-  return measures;
-}
-
-/// The nearest tree of another time that may be the same tree: within the error of a survey or, if
-/// one of the two has no position, the first one.
-std::optional<std::size_t> SameId::row_of_other_time(std::size_t row) const {
-  const std::optional<StemPosition> position = position_of(row);
-  if (!position || !position_of(first_row_)) {
-    return is_other_time(row, first_row_) ? std::optional(first_row_) : std::nullopt;
-  }
-  std::optional<std::size_t> nearest;
-  double nearest_m = kResurveyMeters;
-  const Cell center = cell_of(*position);
-  for (const double i : {-1.0, 0.0, 1.0}) {
-    for (const double j : {-1.0, 0.0, 1.0}) {
-      const auto near = first_rows_near_.find({center.first + i, center.second + j});
-      if (near == first_rows_near_.end()) continue;
-      for (const std::size_t other : near->second) {
-        const StemPosition point = *position_of(other);
-        const double distance_m = std::hypot(point.x - position->x, point.y - position->y);
-        if (distance_m > nearest_m || !is_other_time(row, other)) continue;
-        nearest = other;
-        nearest_m = distance_m;
-      }
-    }
-  }
-  return nearest;
-}
-
-RepeatedTree SameId::add(std::size_t row) {
-  const std::optional<StemPosition> position = position_of(row);
-  Stems* stems = &unplaced_;
-  if (position) {
-    stems =
-        &places_.try_emplace({position->x, position->y}, Stems{.first_row = kNoRow}).first->second;
-  }
-  const std::vector<double> measures = measures_of(row);
-  if (const auto same = stems->row_of_measures.find(measures);
-      same != stems->row_of_measures.end()) {
-    return {.row = row, .first_row = same->second, .is_same_tree = true};
-  }
-  if (first_row_ != kNoRow) {
-    if (const auto earlier = row_of_other_time(row)) {
-      return {.row = row, .first_row = *earlier, .is_same_tree = true, .is_later = true};
-    }
-  }
-  const bool is_new = stems->first_row == kNoRow;
-  RepeatedTree tree{.row = row, .first_row = is_new ? row : stems->first_row};
-  tree.is_same_place = position && !is_new;
-  tree.is_of_unknown_time = !position && !is_new && !is_time_known(row);
-  if (is_new) stems->first_row = row;
-  if (is_new && position) first_rows_near_[cell_of(*position)].push_back(row);
-  if (first_row_ == kNoRow) first_row_ = row;
-  stems->row_of_measures.emplace(measures, row);
-  return tree;
-}
-
-using PlotAndTree = std::pair<std::uint32_t, std::string>;
-
-/// Returns `64#2`, `64#3`, ... and skips ids that the plot already has.
-class IdSupply {
- public:
-  explicit IdSupply(const Inventory& inventory) {
-    for (std::size_t row = 0; row < inventory.size(); ++row) {
-      const std::string_view id = inventory.tree[row];
-      if (id.find('#') != std::string_view::npos) taken_.emplace(inventory.plot.code(row), id);
-    }
-  }
-
-  std::string next(std::uint32_t plot, const std::string& id) {
-    std::size_t& number = last_number_.try_emplace({plot, id}, 1).first->second;
-    for (;;) {
-      std::string candidate = fmt::format("{}#{}", id, ++number);
-      if (taken_.emplace(plot, candidate).second) return candidate;
-    }
-  }
-
- private:
-  std::set<PlotAndTree> taken_{};
-  std::map<PlotAndTree, std::size_t> last_number_{};
-};
 
 void exclude_same_tree(const RepeatedTree& tree,
                        const std::string& tree_column,
@@ -228,6 +63,7 @@ void keep_rows(const std::vector<std::size_t>& rows,
   };
   for (std::size_t i = 0; i < kMeasureCount; ++i) select(values_of(inventory, i));
   select(inventory.lines);
+  select(inventory.contents);
   select(inventory.neighbor_only);
   select(inventory.status);
   select(positions);
@@ -240,52 +76,34 @@ void keep_rows(const std::vector<std::size_t>& rows,
   }
 }
 
-}  // namespace
-
-RepeatedTrees repeated_trees(const Inventory& inventory,
-                             const data::TextColumn& times,
-                             const TimedTrees& skipped,
-                             bool thickest_first) {
-  RepeatedTrees result;
-  std::vector<RepeatedTree>& repeated = result.rows;
-  const std::vector<std::string> later = later_visits(inventory, times, skipped, result.visits);
-  std::vector<std::size_t> order;
-  for (std::size_t row = 0; row < inventory.size(); ++row) {
-    if (later[row].empty()) {
-      order.push_back(row);
-    } else {
-      repeated.push_back({.row = row, .later_visit = later[row], .is_same_tree = true});
+/// Whether the rows of one number are of one species and have nearly the same dbh, as those of one
+/// tree at several times. The dbh of different trees of one number are independent: their
+/// correlation is above the limit in one of a thousand tables with the fewest pairs.
+bool are_alike(const Inventory& inventory, const std::vector<std::vector<std::size_t>>& numbers) {
+  constexpr std::size_t kFewest = 8;
+  constexpr double kCorrelated = 0.9;
+  std::vector<double> earlier;
+  std::vector<double> later;
+  for (const std::vector<std::size_t>& rows : numbers) {
+    for (std::size_t i = 1; i < rows.size(); ++i) {
+      const double first = inventory.dbh_cm[rows[i - 1]];
+      const double second = inventory.dbh_cm[rows[i]];
+      if (!std::isfinite(first) || !std::isfinite(second)) continue;
+      if (inventory.species.code(rows[i - 1]) != inventory.species.code(rows[i])) return false;
+      earlier.push_back(first);
+      later.push_back(second);
     }
   }
-  // As many ids as trees: no id repeats, and no sorting is needed.
-  if (inventory.tree.levels().size() == inventory.size()) return result;
-  const auto id = [&inventory](std::size_t row) {
-    return std::pair(inventory.plot.code(row), inventory.tree.code(row));
-  };
-  std::ranges::stable_sort(order, {}, [&](std::size_t row) {
-    const bool is_sized = thickest_first && !std::isnan(inventory.dbh_cm[row]);
-    return std::pair(id(row), is_sized ? -inventory.dbh_cm[row] : 0.0);
-  });
-
-  SameId same_id(inventory, times);
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const bool is_first = i == 0 || id(order[i]) != id(order[i - 1]);
-    const bool is_last = i + 1 == order.size() || id(order[i]) != id(order[i + 1]);
-    if (is_first && is_last) continue;
-    if (is_first) same_id.begin();
-    RepeatedTree tree = same_id.add(order[i]);
-    if (!is_first) repeated.push_back(std::move(tree));
-  }
-  if (repeated.empty()) return result;
-  std::ranges::sort(repeated, {}, &RepeatedTree::row);
-
-  IdSupply ids(inventory);
-  for (RepeatedTree& tree : repeated) {
-    if (tree.is_same_tree) continue;
-    tree.new_id = ids.next(inventory.plot.code(tree.row), std::string(inventory.tree[tree.row]));
-  }
-  return result;
+  if (earlier.size() < kFewest) return false;
+  const auto n = static_cast<Eigen::Index>(earlier.size());
+  Eigen::ArrayXd x = Eigen::Map<const Eigen::ArrayXd>(earlier.data(), n).log();
+  Eigen::ArrayXd y = Eigen::Map<const Eigen::ArrayXd>(later.data(), n).log();
+  x -= x.mean();
+  y -= y.mean();
+  return (x * y).sum() > kCorrelated * x.matrix().norm() * y.matrix().norm();
 }
+
+}  // namespace
 
 void resolve_repeated_trees(const std::string& tree_column,
                             const data::TextColumn& times,
@@ -295,8 +113,15 @@ void resolve_repeated_trees(const std::string& tree_column,
                             std::vector<std::size_t>& positions,
                             RepeatedNumbers& numbers) {
   Inventory& inventory = checked.inventory;
-  const auto [repeated, visits] = repeated_trees(inventory, times, skipped, thickest_first);
+  const auto [repeated, visits, shared] = repeated_trees(inventory, times, skipped, thickest_first);
   numbers.visits.add(visits);
+  numbers.shared.clear();
+  for (const std::vector<std::size_t>& rows : shared) {
+    LabelParts& label = numbers.shared.emplace_back();
+    for (const std::size_t row : rows) label.rows.push_back({positions[row]});
+  }
+  const bool are_most = 2 * shared.size() > inventory.size() - repeated.size();
+  numbers.are_alike = are_most && are_alike(inventory, shared);
   if (repeated.empty()) return;
   std::vector<std::size_t> kept;
   data::TextColumn ids;
@@ -345,18 +170,14 @@ std::vector<std::string> RepeatedNumbers::notes() const {
                     first_further_stem));
   }
   if (stems > 0) {
-    notes.push_back(fmt::format(
-        "{} at the position of the other tree and differ{} from it in dbh, as stems of one stool "
-        "do; if they are later measurements of a tree, name the column of the time: "
-        "`columns=year=COLUMN`",
-        counted(stems, "of these stands", "of these stand"),
-        stems == 1 ? "s" : ""));
+    notes.push_back(
+        fmt::format("{} at the position of the other tree, as stems of one stool do; {}",
+                    counted(stems, "of these stands", "of these stand"),
+                    advice));
   }
   if (unplaced > 0) {
     notes.push_back(fmt::format(
-        "{} no position; if they are later measurements of a tree, name the column of the time: "
-        "`columns=year=COLUMN`",
-        counted(unplaced, "of these has", "of these have")));
+        "{} no position; {}", counted(unplaced, "of these has", "of these have"), advice));
   }
   return notes;
 }
@@ -446,8 +267,46 @@ void InventoryReader::compare_trees() {
     resolve_repeated_trees(
         plan_.labels[kTree].text, times_, skipped_, false, result_, kept_rows_, repeated_numbers_);
     refuse_unknown_visits();
+    explain_shared_numbers();
   }
+  result_.inventory.contents.clear();
   if (!options_.case_sensitive) spellings_.unify(result_.inventory.species);
+}
+
+/// Says, or asks, what the rows of one number are.
+void InventoryReader::explain_shared_numbers() {
+  RepeatedNumbers& numbers = repeated_numbers_;
+  if (numbers.shared.empty()) return;
+  std::vector<std::size_t> fields = plan_.unread;
+  fields.insert(fields.end(), plan_.unit_fields.begin(), plan_.unit_fields.end());
+  const auto columns =
+      is_of_table()
+          ? distinguishing_columns(prepared_.table, options_.missing, fields, numbers.shared)
+          : std::vector<DistinguishingColumn>();
+  const auto text_of = [](const std::string& name) {
+    return data::Expression::variable(name).text();
+  };
+  const std::string column =
+      columns.empty() ? "COLUMN" : text_of(csv_.header()[columns.front().field]);
+  const std::string tree =
+      plan_.labels[kTree].field ? text_of(plan_.labels[kTree].text) : plan_.labels[kTree].text;
+  numbers.advice = fmt::format(
+      "{}if they are later measurements of a tree, name the column of the time: "
+      "`columns=year={}`; if trees are numbered within parts of a plot, use "
+      "`columns=tree={}+{}`",
+      columns.empty() ? "" : fmt::format("the column {} tells them apart: ", column),
+      column,
+      column,
+      tree);
+  const bool may_be_wrong = numbers.are_alike && plan_.labels[kPlot].exists();
+  if (!may_be_wrong || plan_.time_field || options_.trust_units) return;
+  throw InputError(
+      fmt::format("{} several rows of one species and with nearly the same dbh, as measurements at "
+                  "several times have, but there is no column of the time; {}; if all are trees of "
+                  "one time, use `trust_units=true`",
+                  counted(numbers.shared.size(), "tree number has", "tree numbers have"),
+                  numbers.advice),
+      {.file = file_, .column = plan_.labels[kTree].text});
 }
 
 /// Over many years, rows of a plot without a tree that comes again are not of one visit.
@@ -493,55 +352,28 @@ void InventoryReader::compare_measurements() {
   }
 }
 
-void SharedPlotLabels::add(std::string_view plot, std::string_view stand) {
-  // Most rows are of the same plot as the one before.
-  if (!stand_of_plot_.empty() && plot == last_plot_ && stand == last_stand_) return;
-  last_plot_ = plot;
-  last_stand_ = stand;
-  const auto [known, is_new] = stand_of_plot_.try_emplace(last_plot_, stand);
-  if (is_new || known->second == stand) return;
-  shared_.try_emplace(last_plot_, Shared{.first = known->second, .other = std::string(stand)});
-}
-
-void SharedPlotLabels::finish_plots() {
-  stand_of_plot_.clear();
-  while (shared_.size() > 1) {
-    shared_.erase(std::prev(shared_.end()));
-    ++forgotten_;
+/// Plots whose rows stand apart in the file may be several plots of one label.
+void InventoryReader::find_divided_plots() {
+  const Inventory& inventory = result_.inventory;
+  const bool is_chosen = mapping_to("plot", options_.columns) != nullptr;
+  if (plan_.time_field || is_chosen || !plan_.labels[kPlot].exists()) return;
+  std::vector<LabelParts> plots(inventory.plot.levels().size());
+  for (std::size_t row = 0; row < inventory.size(); ++row) {
+    LabelParts& plot = plots[inventory.plot.code(row)];
+    const bool goes_on = row > 0 && inventory.plot.code(row) == inventory.plot.code(row - 1);
+    if (!goes_on) plot.rows.emplace_back();
+    plot.rows.back().push_back(kept_rows_[row]);
+    plot.label = inventory.plot[row];
   }
-}
-
-std::optional<SharedPlotLabels::Example> SharedPlotLabels::first() const {
-  if (shared_.empty()) return std::nullopt;
-  const auto& [label, stands] = *shared_.begin();
-  return Example{.label = label, .first = stands.first, .other = stands.other};
-}
-
-std::string SharedPlotLabels::note_on_visits() const {
-  if (shared_.empty()) return {};
-  const auto& [place, plots] = *shared_.begin();
-  return fmt::format(
-      "{} visited several times ({} has the plots {} and {}), and each visit counts as a plot; "
-      "choose one visit of each with `where`",
-      counted(forgotten_ + shared_.size(), "place was", "places were"),
-      place,
-      plots.first,
-      plots.other);
-}
-
-std::string SharedPlotLabels::note(const std::string& column) const {
-  if (shared_.empty()) return {};
-  const auto& [plot, stands] = *shared_.begin();
-  return fmt::format(
-      "{} several values of the column {} ({} occurs with {} and {}), but all trees with one plot "
-      "label are treated as one plot; use plot labels that are unique in the file, such as {}-{}",
-      counted(forgotten_ + shared_.size(), "plot label occurs with", "plot labels occur with"),
-      column,
-      plot,
-      stands.first,
-      stands.other,
-      stands.first,
-      plot);
+  std::erase_if(plots, [](const LabelParts& plot) { return plot.rows.size() < 2; });
+  const auto columns =
+      distinguishing_columns(prepared_.table, options_.missing, plan_.unread, plots);
+  if (columns.empty()) return;
+  SharedPlotLabels shared;
+  for (std::size_t i = 0; i < plots.size(); ++i) {
+    for (const std::string& value : columns.front().values[i]) shared.add(plots[i].label, value);
+  }
+  result_.notes.push_back(shared.note(csv_.header()[columns.front().field]));
 }
 
 }  // namespace silvafit::stand

@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: MIT
-// Several rows with the same plot and tree, and plots with the same label in several stands.
+// Several rows with the same plot and tree.
 #pragma once
 
 #include <cstddef>
-#include <map>
-#include <optional>
 #include <string>
-#include <string_view>
-#include <unordered_map>
 #include <vector>
 
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/repeated_trees.hpp"
+#include "trees/distinguishing_columns.hpp"
 
 namespace silvafit::stand {
 
@@ -26,6 +23,11 @@ struct RepeatedNumbers {
   std::string first_further_stem{};
   std::size_t again = 0;  ///< skipped rows that measure a tree again within a visit
   VisitCounts visits{};
+  /// Of the last part: the rows of each number that several trees have at an unknown time, and
+  /// whether these are most numbers and their rows as alike as measurements of one tree.
+  std::vector<LabelParts> shared{};
+  bool are_alike = false;
+  std::string advice{};  ///< how rows of one number are told apart
 
   std::vector<std::string> notes() const;
 };
@@ -43,36 +45,5 @@ void resolve_repeated_trees(const std::string& tree_column,
                             CheckedInventory& checked,
                             std::vector<std::size_t>& positions,
                             RepeatedNumbers& numbers);
-
-/// Finds labels of plots that occur in several stands.
-class SharedPlotLabels {
- public:
-  void add(std::string_view plot, std::string_view stand);
-  /// The plots so far do not occur again; they are counted and removed from memory.
-  void finish_plots();
-  /// A note on these plots; empty if there are none.
-  /// \param column  that the stands are in
-  std::string note(const std::string& column) const;
-  struct Example {
-    std::string label{};
-    std::string first{};  ///< first stand with the label
-    std::string other{};  ///< the next one
-  };
-  std::optional<Example> first() const;
-  /// The note if the labels are places, and their "stands" the plots of a visit each.
-  std::string note_on_visits() const;
-
- private:
-  struct Shared {
-    std::string first{};  ///< first stand with the label
-    std::string other{};  ///< the next one
-  };
-
-  std::unordered_map<std::string, std::string> stand_of_plot_{};  ///< first stand of each label
-  std::map<std::string, Shared> shared_{};  ///< labels of several stands: after finish_plots() one
-  std::size_t forgotten_ = 0;               ///< number of labels that were removed
-  std::string last_plot_{};
-  std::string last_stand_{};
-};
 
 }  // namespace silvafit::stand

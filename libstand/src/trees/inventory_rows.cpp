@@ -8,19 +8,33 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/program.hpp"
+#include "silvafit/data/row_contents.hpp"
 #include "trees/inventory_reader.hpp"
 
 namespace silvafit::stand {
 
-/// In a file with decimal commas, a number with both marks shows that points separate thousands:
-/// 1.001 in another row would be read as 1 m.
-void InventoryReader::refuse_both_marks(std::string_view text, const std::string& column) const {
-  const bool has_both =
-      text.find(',') != std::string_view::npos && text.find('.') != std::string_view::npos;
-  if (!has_both || !csv_.has_decimal_commas()) return;
+/// Digits with other marks than those of the file are numbers whose rows must not be lost, and they
+/// show that numbers with fewer digits may be read wrongly: 1.001 beside 1.001,5.
+void InventoryReader::refuse_other_marks(std::string_view text, const std::string& column) const {
+  constexpr std::string_view kDigits = "0123456789";
+  std::string plain(text);
+  for (const std::string_view sign : {"'", " ", "’", "\u00a0", "\u202f"}) {
+    for (std::size_t at = plain.find(sign); at != std::string::npos; at = plain.find(sign)) {
+      const std::size_t group = at + sign.size();
+      const std::size_t end = std::min(plain.find_first_not_of(kDigits, group), plain.size());
+      if (end - group != 3) return;
+      plain.replace(at, sign.size(), ",");
+    }
+  }
+  const bool is_of_digits = plain.find_first_of(kDigits) == 0 &&
+                            plain.find_first_not_of("0123456789.,") == std::string::npos &&
+                            plain.find_last_of(kDigits) + 1 == plain.size();
+  if (!is_of_digits) return;
   throw InputError(
-      fmt::format("'{}' has a point and a comma; write numbers without separators of thousands",
-                  text),
+      fmt::format("'{}' is no number here: write decimals with a {}, and thousands without a "
+                  "separator",
+                  text,
+                  csv_.has_decimal_commas() ? "comma" : "point"),
       {.file = csv_.file(), .line = csv_.line(), .column = column});
 }
 
@@ -54,16 +68,14 @@ double InventoryReader::number_in(std::size_t position,
     if (!is_missing(text)) codes_.add(column, text);
     return data::kMissing;
   }
-  refuse_both_marks(text, column);
-  const bool has_comma = text.find(',') != std::string_view::npos;
-  const bool has_thousands = has_comma && text.find('.') != std::string_view::npos;
-  const char* const advice =
-      has_thousands ? "thousands are written without a separator"
-      : has_comma   ? "decimals need a point"
-                    : "leave missing values empty or write NA, or name other codes with `missing`";
-  row.unreadable.push_back({.column = column,
-                            .value = std::string(text),
-                            .reason = fmt::format("'{}' is not a number; {}", text, advice)});
+  refuse_other_marks(text, column);
+  row.unreadable.push_back(
+      {.column = column,
+       .value = std::string(text),
+       .reason =
+           fmt::format("'{}' is not a number; leave missing values empty or write NA, or name "
+                       "other codes with `missing`",
+                       text)});
   return data::kMissing;
 }
 
@@ -156,6 +168,10 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
                                InventoryRow& row,
                                std::size_t position) {
   row.line = csv_.line();
+  row.content = 0;
+  for (const std::string_view field : fields) {
+    row.content = data::content_with(row.content, data::trimmed(field));
+  }
   row.unreadable.clear();
   for (std::size_t i = 0; i < kLabelCount; ++i) {
     const Source& source = plan_.labels[i];

@@ -68,9 +68,9 @@ TEST_CASE("all problems of all rows are reported, and these rows are skipped") {
       "1,6,SM,inf,5,20,15,7,4\n"
       "1,7,SM,,6,20,15,7,4\n"
       "1,,SM,0,7,20,15,7,4\n"
-      "NA,9,SM,0,8,\"20,5\",15,7,4\n"
+      "NA,9,SM,0,8,x,15,7,4\n"
       "1,10,,0,9,20,15,7,4\n"
-      "1,11,SM,0,9,\"1.020,5\",15,7,4\n",
+      "1,11,SM,0,9,\"c. 20\",15,7,4\n",
       {.needs_coordinates = true});
   CHECK(problems(checked) ==
         std::vector<std::string>{
@@ -84,8 +84,10 @@ TEST_CASE("all problems of all rows are reported, and these rows are skipped") {
             "8 x: is missing, so the tree has no position",
             "9 tree: the tree number is missing",
             "10 plot: the plot is missing",
-            "10 dbh: '20,5' is not a number; decimals need a point",
-            "12 dbh: '1.020,5' is not a number; thousands are written without a separator"});
+            "10 dbh: 'x' is not a number; leave missing values empty or write NA, or name other "
+            "codes with `missing`",
+            "12 dbh: 'c. 20' is not a number; leave missing values empty or write NA, or name "
+            "other codes with `missing`"});
   CHECK(checked.excluded_tree_count == 8);
   REQUIRE(checked.inventory.size() == 3);
   CHECK(checked.inventory.tree[2] == "10");
@@ -107,7 +109,7 @@ TEST_CASE("all problems of all rows are reported, and these rows are skipped") {
   CHECK_THAT(csv.str(), Contains("line,plot,tree,column,value,reason\n"));
   CHECK_THAT(csv.str(),
              Contains("3,1,2,dbh,twenty,\"'twenty' is not a number; leave missing values empty"));
-  CHECK_THAT(csv.str(), Contains("10,NA,9,dbh,\"20,5\",\"'20,5' is not a number;"));
+  CHECK_THAT(csv.str(), Contains("12,1,11,dbh,c. 20,\"'c. 20' is not a number;"));
 }
 
 TEST_CASE("a tree without dbh is a neighbor if its position is known") {
@@ -179,7 +181,8 @@ TEST_CASE("stems of one stool with one number and position are separate trees") 
   CHECK(inventory.tree[3] == "2");
   CHECK(inventory.dbh_cm == std::vector<double>{20, 12, 8, 20});
   CHECK(has_note(checked, "2 trees have the number of another tree of the same plot"));
-  CHECK(has_note(checked, "2 of these stand at the position of the other tree and differ from it"));
+  CHECK(has_note(checked,
+                 "2 of these stand at the position of the other tree, as stems of one stool do"));
 }
 
 TEST_CASE("a tree that was measured again in another year is the same tree") {
@@ -230,7 +233,8 @@ TEST_CASE("a tree without a position that was measured again is counted once") {
   const CheckedInventory unknown = read_inventory_text("Zeit" + rows);
   CHECK(unknown.inventory.size() == 7);
   CHECK_FALSE(has_note(unknown, "`period`"));
-  CHECK(has_note(unknown, "3 of these have no position; if they are later measurements"));
+  CHECK(has_note(
+      unknown, "3 of these have no position; the column Zeit tells them apart: if they are later"));
   // Two trees of one number and one time are two.
   const CheckedInventory one_time =
       read_inventory_text("plot,tree,dbh,year\n1,1,20,2010\n1,1,21,2010\n");

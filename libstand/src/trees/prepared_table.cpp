@@ -23,6 +23,7 @@
 #include "trees/column_sources.hpp"
 #include "trees/folded_text.hpp"
 #include "trees/known_tables.hpp"
+#include "trees/measurement_time.hpp"
 #include "trees/usual_names.hpp"
 
 namespace silvafit::stand {
@@ -130,6 +131,9 @@ class Visits {
 
   Names header() const;
   void add(const Fields& fields, const data::CsvReader& reader, data::TableText& text) const;
+  bool has_years() const {
+    return std::ranges::all_of(times_, [](const auto& time) { return years_of(time).has_value(); });
+  }
   std::string note() const;
   /// The patterns of columns with the same times in their names that are not read, with the
   /// standard names that they mean, or NAME.
@@ -262,6 +266,15 @@ std::string describe_unread(const Visits& visits,
   for (const ColumnMapping& visit : unread) {
     patterns += (patterns.empty() ? "" : ", ") + visit.source;
     setting += fmt::format(",{}={}", visit.name, visit.source);
+  }
+  // The number of a visit is no year, beside which the date is the time.
+  if (!visits.has_years() && mapping_to("date", unread) != nullptr) {
+    for (std::string* const patterns_of : {&patterns, &setting}) {
+      for (std::size_t at = patterns_of->find("{year}"); at != std::string::npos;
+           at = patterns_of->find("{year}")) {
+        patterns_of->replace(at, 6, "{visit}");
+      }
+    }
   }
   const std::string text = fmt::format(
       "the columns {} have the times of the visits in their names, too, but are not "

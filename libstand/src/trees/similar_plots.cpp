@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "silvafit/base/error.hpp"
 #include "silvafit/base/words.hpp"
 #include "silvafit/data/csv.hpp"
 #include "trees/folded_text.hpp"
@@ -127,15 +128,69 @@ std::string describe_similar_labels(const data::TextColumn& labels, const std::s
 bool is_summary_label(std::string_view label, bool is_code) {
   constexpr std::string_view kWords =
       "total totals subtotal grandtotal overall sum sums summe summen gesamt insgesamt "
-      "zwischensumme "
-      "somme totale totaux suma soma mean means average mittel mittelwert durchschnitt moyenne "
-      "media "
-      "promedio median";
-  constexpr std::string_view kShort = "sd stdev stddev std se cv min max minimum maximum avg";
+      "zwischensumme somme totale totaux suma soma mean means average mittel mittelwert "
+      "mittelwerte "
+      "durchschnitt moyenne media promedio median yhteensa summa keskiarvo keskihajonta medel "
+      "medelvarde gjennomsnitt gjennomsnittlig srednia razem lacznie celkem soucet prumer totaal "
+      "gemiddelde jumlah rata ratarata toplam ortalama 合計 合计 総計 总计 小計 小计 平均 平均値 "
+      "平均值 总和";
+  constexpr std::string_view kShort =
+      "sd stdev stddev std se cv min max minimum maximum avg var variance stabw stdabw "
+      "standardabweichung ecarttype desviacion desvpad count nha gha qmd hdom ddom";
+  /// What sums and means are of.
+  constexpr std::string_view kOf =
+      "of the de di da do des le la der per plot plots stand tree trees dbh bhd dap h ht height "
+      "hohe altura hauteur ba basal area volume vol n no number num stems parcela parzelle "
+      "placette padrao estandar standard deviation type";
   if (label == "Ø" || label == "∑" || label == "Σ") return true;
   const std::string letters = folded_letters(label);
   if (letters.empty()) return false;
-  return has_word(kWords, letters) || (!is_code && has_word(kShort, letters));
+  if (has_word(kWords, letters) || (!is_code && has_word(kShort, letters))) return true;
+  if (is_code) return false;
+  if (label.ends_with('=')) return true;
+  bool has_summary = false;
+  const std::string text = folded(label);
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find_first_of(" _.:=/-()", begin), text.size());
+    const std::string_view word = std::string_view(text).substr(begin, end - begin);
+    begin = end + 1;
+    double number = 0.0;
+    const bool is_summary = has_word(kWords, word) || has_word(kShort, word) || word == "desvio";
+    if (word.empty() || has_word(kOf, word) || data::parse_number(word, number)) continue;
+    if (!is_summary) return false;
+    has_summary = true;
+  }
+  const bool counts = letters == "nooftrees" || letters == "numberoftrees" || letters == "nstems";
+  return has_summary || counts;
+}
+
+void refuse_shortened_labels(const data::TextColumn& labels,
+                             std::string_view name,
+                             const std::string& column,
+                             const std::string& file) {
+  constexpr std::string_view kDigits = "0123456789";
+  const auto is_shortened = [&](std::string_view label) {
+    const std::size_t e = label.find("E+");
+    if (e == std::string_view::npos || e == 0) return false;
+    const std::string_view digits = label.substr(0, e);
+    const std::size_t mark = std::min(digits.find_first_of(".,"), digits.size());
+    const std::size_t decimals = digits.size() - std::min(mark + 1, digits.size());
+    double exponent = 0.0;
+    return digits.find_first_not_of("0123456789.,") == std::string_view::npos &&
+           label.find_first_not_of(kDigits, e + 2) == std::string_view::npos &&
+           data::parse_number(label.substr(e + 2), exponent) &&
+           exponent > static_cast<double>(decimals);
+  };
+  const auto found = std::ranges::find_if(labels.levels(), is_shortened);
+  if (found == labels.levels().end()) return;
+  throw InputError(
+      fmt::format("the {} '{}' is a number that a spreadsheet has shortened, so that different "
+                  "ones may look the same; export the column as text, or name another one with "
+                  "`columns={}=COLUMN`",
+                  name,
+                  *found,
+                  name),
+      {.file = file, .column = column});
 }
 
 }  // namespace silvafit::stand

@@ -19,7 +19,7 @@ constexpr std::string_view kAliveWords =
     "a l v alive live living healthy sound lebend lebendig vital gesund vivant vif sain viv vivo "
     "viva sano elava elossa terve levande frisk zywe 活 活立木 活木 存活 正常 健康 健在 生 生存 "
     "生木 "
-    "生立木";
+    "生立木 保留木 进界木 живое растущее";
 /// Those that are not also said of wood or leaves; with their endings.
 constexpr std::string_view kAliveInPhrases =
     "alive live living lebend lebendig lebende lebender lebendes vivant vivante vivo viva elava "
@@ -29,14 +29,14 @@ constexpr std::string_view kDeadWords =
     "abgestorbener durr duerr stehendtot totstehend stehendestotholz totholz durrstander mort "
     "morte mortsurpied muerto muerta muertoenpie seco seca morto morta kuollut kelo pystykuollut "
     "dod dott dood died mrtvy martwe martwy martwa 死 死亡 枯 枯死 枯死木 枯立木 死木 立枯 立枯れ "
-    "枯損 枯損木";
+    "枯損 枯損木 сухостой сухостойное";
 constexpr std::string_view kGoneWords =
     "missing notfound lost disappeared verschwunden nichtgefunden cut cutdown felled harvested "
     "removed logged stump gefallt gefaellt entnommen geerntet "
     "genutzt eingeschlagen ausgeschieden baumstumpf stumpf stubben stock coupe coupee abattu "
     "abattue exploite recolte souche mortausol cortado cortada talado talada cosechado tocon "
     "hakattu kaadettu poistettu kanto avverkad stubbe 采伐 砍伐 伐倒 伐倒木 间伐 伐桩 树桩 "
-    "伐根 已采伐 伐採 伐採木 消失";
+    "伐根 已采伐 采伐木 间伐木 被伐木 伐採 伐採木 消失 пень спилено";
 /// Those that are hardly said of anything but trees.
 constexpr std::string_view kGoneInPhrases =
     "cutdown felled harvested stump gefallt gefaellt entnommen geerntet baumstumpf abattu abattue "
@@ -44,7 +44,7 @@ constexpr std::string_view kGoneInPhrases =
 constexpr std::string_view kFallenWords =
     "fallen down downed deaddown downdead deadfallen fallendead lying windthrow windthrown "
     "umgefallen liegend liegendtot "
-    "windwurf chablis caido caida kaatunut maapuu 倒木 枯倒木";
+    "windwurf chablis caido caida kaatunut maapuu 倒木 枯倒木 валеж";
 /// Words that mean something else in columns of heights, labels, slopes or persons.
 constexpr std::string_view kVagueWords =
     "missing notfound lost disappeared verschwunden nichtgefunden removed logged down lying stock "

@@ -37,14 +37,18 @@ std::optional<std::string> usual_time_column(const std::vector<std::string>& hea
       "invyr measyear measurementyear inventoryyear surveyyear yearofmeasurement yearmeasured jahr "
       "aufnahmejahr annee anneemesure ano anno anyo rok aar vuosi jaar datum aufnahmedatum fecha "
       "measdate measurementdate inventorydate surveydate exactdate dateofmeasurement censusyear "
-      "censusdate census censusid censusno visit visitno visitid occasion campaign",
+      "censusdate census censusid censusno visit visitno visitid visitnumber occasion campaign "
+      "campagne "
+      "survey surveyno surveynr cycle aufnahme aufnahmenr anomedicao anomedicion mittausvuosi "
+      "collectiondate datecollected 年份 年度 调查年份 调查年度 調査年 測定年",
       header);
 }
 
 std::optional<std::string> usual_stem_column(const std::vector<std::string>& header) {
   constexpr std::string_view kNames =
       "stem stemid stemno stemnr stemnum stemnumber stemtag fuste trunk trunkid trunkno tallo tige "
-      "bole stamm stammnr pien shoot";
+      "bole stamm stammnr pien shoot haste tronco brin runko stemletter subtree ramet bifurcacion "
+      "teilstamm 幹";
   return column_with_letters(kNames, header);
 }
 

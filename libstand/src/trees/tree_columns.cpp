@@ -169,7 +169,8 @@ constexpr std::array<TreeColumn, 19> kColumns{{
          "livedead zustand baumzustand baumstatus vitalitat lebend tot etat etatarbre statut "
          "vivant "
          "mort estado estadoarbol vivo muerto tila puuntila elossa kuollut "
-         "状态 状况 生长状态 立木类型 存活 存活状态 状態 生死 生死区分 立木状態"},
+         "状态 状况 生长状态 立木类型 检尺类型 состояние treehistory 存活 存活状态 状態 生死 "
+         "生死区分 立木状態"},
     // A position is made of these if it is not in the table: see usual_columns().
     {.name = "azimuth",
      .meaning = "direction from the point of measurement, clockwise from north",

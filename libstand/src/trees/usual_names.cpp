@@ -77,9 +77,59 @@ bool ends_with_height(std::string_view text) {
   return data::parse_number(word, height) && height < kHighest;
 }
 
+/// A number from the words for parts: a tenth; none for other words.
+std::optional<double> part_named(std::string_view word) {
+  if (has_word("tenth tenths 10th 10ths zehntel dixieme dixiemes decimo decimos", word)) return 0.1;
+  if (has_word("hundredth hundredths 100th 100ths hundertstel centieme centiemes", word)) {
+    return 0.01;
+  }
+  return std::nullopt;
+}
+
+/// The factor of a unit in brackets, as in `(0.1 in)`, `(1/10 in)`, `(mm/10)`, `(10ths of inch)`
+/// and
+/// `(x10 cm)`; 1 without one, none if the number is not understood.
+/// \param before, after  the text of the brackets around the unit
+std::optional<double> factor_of_unit(std::string_view before, std::string_view after) {
+  const auto is_product = [](std::string_view& text, bool at_front) {
+    text = data::trimmed(text);
+    for (const std::string_view sign : {"x", "*", "×"}) {
+      const bool is_there = at_front ? text.starts_with(sign) : text.ends_with(sign);
+      if (!is_there) continue;
+      at_front ? text.remove_prefix(sign.size()) : text.remove_suffix(sign.size());
+      text = data::trimmed(text);
+      return true;
+    }
+    return false;
+  };
+  const auto number_in = [](std::string_view text) -> std::optional<double> {
+    double number = 0.0;
+    const bool is_number = data::parse_number(text, number) ||
+                           data::parse_number(data::with_decimal_point(text), number);
+    return is_number && number > 0.0 ? std::optional(number) : std::nullopt;
+  };
+  const auto quotient_in = [&](std::string_view text) -> std::optional<double> {
+    const std::size_t slash = std::min(text.find('/'), text.size());
+    const auto number = number_in(text.substr(0, slash));
+    if (slash == text.size() || !number) return number;
+    const auto divisor = number_in(text.substr(slash + 1));
+    return divisor ? std::optional(*number / *divisor) : std::nullopt;
+  };
+  after = data::trimmed(after);
+  if (after.starts_with('/')) return quotient_in("1" + std::string(after));
+  if (is_product(after, true)) return number_in(after);
+  is_product(before, false);
+  is_product(before, true);
+  if (before.ends_with(" of")) before = data::trimmed(before.substr(0, before.size() - 3));
+  if (const auto part = part_named(before)) return part;
+  if (before.find_first_of("0123456789") == std::string_view::npos) return 1.0;
+  return quotient_in(before);
+}
+
 /// Units that no measure has.
 bool is_other_unit(std::string_view text) {
-  constexpr std::string_view kOthers = "% ° deg degree degrees grad gon gons m3 m³ years";
+  constexpr std::string_view kOthers =
+      "% ° deg degree degrees grad gon gons neugrad grade grades m3 m³ years";
   return has_word(kOthers, text) || square_meters(text).has_value();
 }
 
@@ -181,7 +231,14 @@ HeaderParts header_parts(std::string_view header) {
   parts.name = trimmed_of_separators(std::string_view(text).substr(0, word->begin));
   if (parts.name.ends_with(" in")) parts.name.resize(parts.name.size() - 3);
   std::size_t end = word->end;
-  if (word->is_in_brackets) end = std::min(text.find_first_of(")]", end), text.size());
+  if (word->is_in_brackets) {
+    const std::size_t open = text.find_last_of("([", word->begin) + 1;
+    end = std::min(text.find_first_of(")]", end), text.size());
+    const auto factor = factor_of_unit(text.substr(open, word->begin - open),
+                                       text.substr(word->end, end - word->end));
+    if (parts.unit && factor) parts.unit->meters *= *factor;
+    parts.name = trimmed_of_separators(std::string_view(text).substr(0, open));
+  }
   const std::string rest = trimmed_of_separators(std::string_view(text).substr(end));
   if (!rest.empty() && !is_usual_remark(rest)) parts.name += " " + rest;
   return parts;
@@ -200,7 +257,7 @@ std::optional<LengthUnit> unit_in_header(std::string_view header) {
 
 bool is_in_gon(std::string_view header) { return is_gon(header_parts(header).other_unit); }
 
-bool is_gon(std::string_view unit) { return unit == "gon" || unit == "gons"; }
+bool is_gon(std::string_view unit) { return has_word("gon gons neugrad grade grades", unit); }
 
 std::optional<MeantName> meant_name(std::string_view header) {
   const HeaderParts parts = header_parts(header);

@@ -4,15 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
 #include <cstdint>
+#include <map>
 #include <set>
-#include <span>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/data/row_contents.hpp"
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/repeated_trees.hpp"
 #include "silvafit/stand/size_units.hpp"
@@ -21,44 +20,6 @@ namespace silvafit::study {
 namespace {
 
 using Rows = std::vector<std::size_t>;
-
-/// Compares the values of rows, column by column. Missing values are equal.
-class RowOrder {
- public:
-  explicit RowOrder(const data::Table& table) {
-    for (const std::string& name : table.names()) {
-      if (table.is_numeric(name)) {
-        numbers_.push_back(table.numbers(name));
-      } else {
-        texts_.push_back(&table.text(name));
-      }
-    }
-  }
-
-  /// -1, 0 or 1
-  int compare(std::size_t left, std::size_t right) const {
-    for (const data::TextColumn* text : texts_) {
-      if (const int order = compare_values(text->code(left), text->code(right))) return order;
-    }
-    for (const auto& values : numbers_) {
-      if (const int order = compare_values(key(values[left]), key(values[right]))) return order;
-    }
-    return 0;
-  }
-
- private:
-  static std::uint64_t key(double value) {
-    if (std::isnan(value)) value = data::kMissing;
-    // 0 and -0 are equal.
-    return std::bit_cast<std::uint64_t>(value + 0.0);
-  }
-  static int compare_values(std::uint64_t left, std::uint64_t right) {
-    return left < right ? -1 : left > right ? 1 : 0;
-  }
-
-  std::vector<std::span<const double>> numbers_{};
-  std::vector<const data::TextColumn*> texts_{};
-};
 
 /// The rows of each tree that has several.
 std::vector<Rows> rows_of_trees(const data::TextColumn& plot, const data::TextColumn& tree) {
@@ -83,20 +44,14 @@ struct Copy {
   std::size_t original = 0;  ///< the first row with the same values
 };
 
-std::vector<Copy> copies_in(const data::Table& table, std::vector<Rows> trees) {
+std::vector<Copy> copies_in(const data::Table& table, const std::vector<Rows>& trees) {
   std::vector<Copy> copies;
-  const RowOrder order(table);
-  for (Rows& rows : trees) {
-    std::ranges::stable_sort(rows, [&order](std::size_t left, std::size_t right) {
-      return order.compare(left, right) < 0;
-    });
-    std::size_t original = rows.front();
-    for (const std::size_t row : std::span(rows).subspan(1)) {
-      if (order.compare(original, row) == 0) {
-        copies.push_back({.row = row, .original = original});
-      } else {
-        original = row;
-      }
+  const std::vector<std::uint64_t> contents = data::row_contents(table);
+  for (const Rows& rows : trees) {
+    std::map<std::uint64_t, std::size_t> originals;
+    for (const std::size_t row : rows) {
+      const auto [original, is_new] = originals.try_emplace(contents[row], row);
+      if (!is_new) copies.push_back({.row = row, .original = original->second});
     }
   }
   std::ranges::sort(copies, {}, &Copy::row);
@@ -154,13 +109,17 @@ stand::Inventory inventory_of(const data::Table& table,
                               const Rows& rows,
                               const data::TextColumn& plot,
                               const data::TextColumn& tree,
+                              const std::optional<std::string>& species_column,
                               const MeasureOf& measure) {
   stand::Inventory inventory;
   inventory.file = table.file();
+  const std::vector<std::uint64_t> contents = data::row_contents(table);
   for (const std::size_t row : rows) {
     inventory.plot.append(plot[row]);
     inventory.tree.append(tree[row]);
+    inventory.contents.push_back(contents[row]);
   }
+  inventory.species = labels_in(species_column, table, rows);
   for (const stand::TreeColumn& column : stand::tree_columns()) {
     if (!column.is_measure()) continue;
     const std::vector<double> values = measure(std::string(column.name));
@@ -236,6 +195,7 @@ std::vector<std::string> RepeatedTreeCounts::notes() const {
 void keep_one_row_per_tree(data::Table& table,
                            const std::string& plot_column,
                            const std::string& tree_column,
+                           const std::optional<std::string>& species_column,
                            const MeasureOf& measure,
                            bool trust_units,
                            RepeatedTreeCounts& counts) {
@@ -245,9 +205,9 @@ void keep_one_row_per_tree(data::Table& table,
   for (std::size_t row = 0; row < table.rows(); ++row) {
     if (!plot.is_missing(row) && !tree.is_missing(row)) rows.push_back(row);
   }
-  const stand::Inventory inventory = inventory_of(table, rows, plot, tree, measure);
+  const stand::Inventory inventory = inventory_of(table, rows, plot, tree, species_column, measure);
   if (!trust_units) stand::check_crowding(inventory, "x, y");
-  const auto [repeated, visits] = stand::repeated_trees(
+  const auto [repeated, visits, shared_numbers] = stand::repeated_trees(
       inventory, labels_in(stand::usual_time_column(table.names()), table, rows));
   counts.visits.add(visits);
   if (repeated.empty()) return;

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,7 @@ using MeasureOf = std::function<std::vector<double>(const std::string& name)>;
 void keep_one_row_per_tree(data::Table& table,
                            const std::string& plot_column,
                            const std::string& tree_column,
+                           const std::optional<std::string>& species_column,
                            const MeasureOf& measure,
                            bool trust_units,
                            RepeatedTreeCounts& counts);

@@ -87,7 +87,7 @@ TEST_CASE("trees keep one row each, other trees of one number get a new one") {
     return std::vector<double>(values.begin(), values.end());
   };
   RepeatedTreeCounts counts;
-  keep_one_row_per_tree(table, "plot", "tree", measure, true, counts);
+  keep_one_row_per_tree(table, "plot", "tree", std::nullopt, measure, true, counts);
   const auto notes = counts.notes();
   REQUIRE(table.rows() == 4);
   const data::TextColumn tree = table.labels("tree");

@@ -107,7 +107,12 @@ void add_level_decisions(const StudyRecord& record, Decisions& decisions) {
           : "skipped: no model reached this level, or there are no covariates (structural units "
             "need positions)");
   if (!got_to(&ResponseStudy::random)) {
-    decisions.emplace_back("Level 3", "skipped: no model reached this level");
+    const auto has_several = [](const ResponseStudy& result) { return result.plots > 1; };
+    decisions.emplace_back(
+        "Level 3",
+        std::ranges::any_of(record.study.results, has_several)
+            ? "skipped: no model reached this level"
+            : fmt::format("skipped: random effects of {} need several of them", options.group));
     return;
   }
   decisions.emplace_back(

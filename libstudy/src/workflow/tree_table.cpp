@@ -88,6 +88,11 @@ class TableReader {
   Names columns_of_labels() const;
   void read_status();
   void describe_labels();
+  /// The column of the table for one of our columns.
+  std::string column_of(const std::string& name) const {
+    const stand::ColumnMapping* const mapping = stand::mapping_to(name, result_.mapped);
+    return mapping == nullptr ? name : mapping->source;
+  }
   void resolve_repeated_rows(RepeatedRows rule);
   void note(std::string text) {
     if (!text.empty()) result_.recognized.push_back(std::move(text));
@@ -217,8 +222,7 @@ void TableReader::find_missing_species() {
 }
 
 void TableReader::unify_spellings() {
-  const stand::ColumnMapping* const mapping = stand::mapping_to("species", result_.mapped);
-  const std::string name = mapping == nullptr ? "species" : mapping->source;
+  const std::string name = column_of("species");
   data::Table& table = result_.table;
   if (wishes_.options.case_sensitive || !table.has(name) || table.is_numeric(name)) return;
   data::TextColumn species = table.text(name);
@@ -362,10 +366,6 @@ Names TableReader::columns_of_labels() const {
 void TableReader::resolve_repeated_rows(RepeatedRows rule) {
   if (wishes_.repeated != rule) return;
   data::Table& table = result_.table;
-  const auto column_of = [this](const std::string& name) {
-    const stand::ColumnMapping* const mapping = stand::mapping_to(name, result_.mapped);
-    return mapping == nullptr ? name : mapping->source;
-  };
   const std::string plot = column_of("plot");
   const std::string tree = column_of("tree");
   if (!table.has(plot) || !table.has(tree)) return;
@@ -379,8 +379,14 @@ void TableReader::resolve_repeated_rows(RepeatedRows rule) {
       if (!is_mapped && !table.has(column)) return {};
       return stand::numbers_from(table, name, column);
     };
-    keep_one_row_per_tree(
-        table, plot, tree, measure, wishes_.options.trust_units, state_.repeated_trees);
+    const std::string species = column_of("species");
+    keep_one_row_per_tree(table,
+                          plot,
+                          tree,
+                          table.has(species) ? std::optional(species) : std::nullopt,
+                          measure,
+                          wishes_.options.trust_units,
+                          state_.repeated_trees);
     for (std::string& text : state_.repeated_trees.notes()) note(std::move(text));
   }
 }
@@ -421,6 +427,11 @@ TableReader::Result TableReader::read() {
   data::take_missing_codes(result_.table, state_.codes);
   note(state_.codes.note());
   for (const stand::ColumnMapping& column : usual_) add_column(column);
+  for (const char* const name : {"plot", "tree"}) {
+    const std::string column = column_of(name);
+    if (!result_.table.has(column) || result_.table.is_numeric(column)) continue;
+    stand::refuse_shortened_labels(result_.table.text(column), name, column, reader_.file());
+  }
   result_.usual = usual_;
   for (const Mappings* const mappings : {&usual_, &result_.mapped}) {
     for (const auto& [name, source] : *mappings) {
@@ -508,11 +519,14 @@ ObservedTable read_model_table(const data::TableSource& source,
   ReadingState& state = columns.state == nullptr ? own : *columns.state;
   for (const std::string& text : computed) ++state.computed[text];
   for (const auto& [text, parts] : state.computed) result.recognized.push_back(text);
-  check_sizes(result.table,
-              sizes_in(result.table, result.mapped, result.usual, true),
-              settings.trust_units,
-              state,
-              result.recognized);
+  TableSizes sizes = sizes_in(result.table, result.mapped, result.usual, true);
+  // Sums are larger than any tree.
+  for (std::vector<double>& values : sizes.values) {
+    for (std::size_t row = 0; row < result.is_dead.size(); ++row) {
+      if (result.is_dead[row] != 0) values[row] = data::kMissing;
+    }
+  }
+  check_sizes(result.table, sizes, settings.trust_units, state, result.recognized);
   give_notes(result.recognized, note);
   return static_cast<ObservedTable&&>(result);
 }

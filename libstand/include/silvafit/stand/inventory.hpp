@@ -44,6 +44,8 @@ struct Inventory {
   data::TextColumn tree{};     ///< unique within a plot; the second tree of a number gets #2
   data::TextColumn species{};  ///< missing where the field is empty
   data::TextColumn stem{};     ///< its number within the tree, if the file has such a column
+  /// (N) equal for rows of the file that are equal in all columns, while rows are compared.
+  std::vector<std::uint64_t> contents{};
 
   std::vector<double> x{};  ///< east [m]
   std::vector<double> y{};  ///< north [m]

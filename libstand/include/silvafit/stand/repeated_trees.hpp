@@ -49,6 +49,8 @@ struct VisitCounts {
 struct RepeatedTrees {
   std::vector<RepeatedTree> rows{};  ///< ascending
   VisitCounts visits{};
+  /// All rows of each number that several trees have at an unknown time.
+  std::vector<std::vector<std::size_t>> shared_numbers{};
 };
 
 /// Classifies the rows of plots that were visited several times, and those with the plot and tree
@@ -59,10 +61,13 @@ struct RepeatedTrees {
 /// again: otherwise the rows are of one visit that took several years, or the times are not those
 /// of measurements.
 ///
-/// A row is of the same tree if both rows have the same position, stem and dbh or, without a
-/// position, the same stem and measures; or if they have different times and their distance is at
+/// A row is of the same tree if both rows have the same position, species, stem and dbh or, without
+/// a position, are equal in all columns; or if they have different times and their distance is at
 /// most the error of a second survey, 1 m. Otherwise two trees (or two stems of one stool) have the
-/// same number.
+/// same number. Equal rows are of different trees, too, if their number is that of no tree: 0, a
+/// word, or that of three or more trees some of whose rows stand more often in the table than
+/// others.
+/// \param inventory  with the contents of its rows
 /// \param times    (N) when each row was measured, missing where unknown; empty: always unknown
 /// \param skipped  rows that are not in the inventory, whose times are visits, too
 /// \param thickest_first  of trees with one number the thickest keeps it, else the first row

@@ -21,4 +21,14 @@ std::string describe_similar_labels(const data::TextColumn& labels, const std::s
 /// \param is_code  labels such as SD and MAX, which may be codes of species, do not count
 bool is_summary_label(std::string_view label, bool is_code = false);
 
+/// Refuses labels that a spreadsheet has shortened: 1.88785E+14 was a number of fifteen digits, of
+/// which six are left.
+/// \param name    what the labels are: plot or tree
+/// \param column  their column in the file
+/// \throws InputError with the first such label
+void refuse_shortened_labels(const data::TextColumn& labels,
+                             std::string_view name,
+                             const std::string& column,
+                             const std::string& file);
+
 }  // namespace silvafit::stand
