@@ -162,6 +162,15 @@ void print_table(const study::Study& study) {
                percent(nlme),
                mark_of(result));
   }
+  print_text(
+      "\nbase: a curve of `silvafit models`. covariates: what its coefficients depend on; b ~ 1 + "
+      "C "
+      "is b = b0 + b1*C.\n"
+      "random effects: coefficients that vary by {}. R2: of one curve for all (OLS), and of a "
+      "curve "
+      "for each {} (NLME).\n",
+      study.options.group,
+      study.options.group);
 }
 
 /// `--init`: writes a configuration with the default settings.

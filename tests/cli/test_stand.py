@@ -370,6 +370,13 @@ class Stand(ProgramTest):
         trees = rows_of((self.folder / "out" / "trees.csv").read_text(encoding="utf-8"))
         self.assertEqual([tree["removed"] for tree in trees], ["1", "1", "0", "0"])
         self.assertIn("Thinning: before, removed trees, after", self.run_program(*thinned).stdout)
+        self.run_program(*thinned, "--report", "thinned.html")
+        page = (self.folder / "thinned.html").read_text(encoding="utf-8")
+        tables = json.loads(page.split('id="report-data">', 1)[1].split("</script>", 1)[0])["stand"]["tables"]
+        table = next(one for one in tables if one["name"] == "thinning")
+        row = dict(zip((column["name"] for column in table["columns"]), table["rows"][-1]))
+        self.assertEqual(float(row["basal_area_per_ha_after"]), round(result["after"]["basal_area_m2_per_ha"], 1))
+        self.assertEqual(float(row["basal_area_per_ha_removed"]), round(result["removed"]["basal_area_m2_per_ha"], 1))
         # The thickest tree of 100 m2 is dominant; the R package forester has 23.4545712788 m for 15 m at 50 years.
         site = self.run_json("stand", "inventory.csv", "--plot-area", "100", "--columns", "h=h*15/22", "--site-index",
                              "elfving-kiviste-1997")["sites"][0]

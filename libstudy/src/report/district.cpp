@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <map>
@@ -95,6 +96,8 @@ class District {
     ordered_json tables = ordered_json::array();
     tables.push_back(json_of(species_table()));
     if (report_.areas.size() > 1) tables.push_back(json_of(plot_table()));
+    if (record_.thinning) tables.push_back(json_of(thinning_table()));
+    if (!record_.sites.empty()) tables.push_back(json_of(site_table()));
     return {{"tables", std::move(tables)},
             {"diameters", diameters()},
             {"curves", curves()},
@@ -107,6 +110,8 @@ class District {
   bool is_stand() const { return plots() == 1 && report_.areas.front().area.name.empty(); }
   FormattedTable species_table() const;
   FormattedTable plot_table() const;
+  FormattedTable thinning_table() const;
+  FormattedTable site_table() const;
   ordered_json diameters() const;
   ordered_json curves() const;
   ordered_json left_out() const;
@@ -179,6 +184,70 @@ FormattedTable District::plot_table() const {
           own);
       table.rows.push_back(std::move(own));
     }
+  }
+  return table;
+}
+
+/// The plots before the thinning, the removed trees, and the plots after it.
+FormattedTable District::thinning_table() const {
+  using Figures = stand::StandFigures;
+  struct Value {
+    const char* name;
+    const char* title;
+    ColumnKind kind;
+    double Figures::*member;
+    bool is_of_removed;
+  };
+  static constexpr std::array kValues{
+      Value{"stems_per_ha", "N/ha", ColumnKind::kCount, &Figures::stems_per_ha, true},
+      Value{"basal_area_per_ha",
+            "G/ha (m\u00B2)",
+            ColumnKind::kPercent,
+            &Figures::basal_area_m2_per_ha,
+            true},
+      Value{"quadratic_mean_dbh",
+            "dg (cm)",
+            ColumnKind::kPercent,
+            &Figures::quadratic_mean_dbh_cm,
+            true},
+      Value{
+          "dominant_height", "h100 (m)", ColumnKind::kPercent, &Figures::dominant_height_m, false}};
+  FormattedTable table{.name = "thinning",
+                       .caption =
+                           "The stand before the thinning, the removed trees, and the stand "
+                           "after it",
+                       .columns = {{"plot", "Plot"}}};
+  for (const Value& value : kValues) {
+    for (const std::string stage : {"before", "removed", "after"}) {
+      if (stage == "removed" && !value.is_of_removed) continue;
+      table.columns.push_back(
+          {value.name + ("_" + stage), value.title + (", " + stage), value.kind});
+    }
+  }
+  const auto add = [&table](const stand::ThinningFigures& plot, const char* unnamed) {
+    TableRow row{name_or(plot.name, unnamed)};
+    for (const Value& value : kValues) {
+      row.emplace_back(plot.before.*value.member);
+      if (value.is_of_removed) row.emplace_back(plot.removed.*value.member);
+      row.emplace_back(plot.after.*value.member);
+    }
+    table.rows.push_back(std::move(row));
+  };
+  for (const stand::ThinningFigures& plot : record_.thinning->plots) add(plot, "stand");
+  if (record_.thinning->plots.size() > 1) add(record_.thinning->all, "all");
+  return table;
+}
+
+FormattedTable District::site_table() const {
+  FormattedTable table{.name = "sites",
+                       .caption = "Site index: the dominant height at the base age of the curve",
+                       .columns = {{"plot", "Plot"},
+                                   {"age", "Age", ColumnKind::kPercent},
+                                   {"dominant_height", "h100 (m)", ColumnKind::kPercent},
+                                   {"site_index", "Site index (m)", ColumnKind::kPercent}}};
+  for (const SiteIndex& site : record_.sites) {
+    table.rows.push_back(
+        {name_or(site.plot, "stand"), site.age, site.dominant_m, site.at_base_age});
   }
   return table;
 }

@@ -454,6 +454,8 @@ void write_stand_page(StandSummary summary,
   record.decisions = decisions_of(record);
   record.inventory.notes = std::move(summary.notes);
   record.stand = std::move(summary.report);
+  record.thinning = std::move(summary.thinning);
+  record.sites = std::move(summary.sites);
   const std::string title =
       "silvafit: " + std::filesystem::path(record.inventory.inventory.file).filename().string();
   write_report_page(page_template, report_data(record, catalogue), title, file);

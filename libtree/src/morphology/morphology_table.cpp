@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/tree/morphology_table.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -92,8 +94,14 @@ class Columns {
 
   std::string required(const std::string& column) const {
     if (table_.has(column)) return column;
-    throw InputError("no such column; name the column with `columns`",
-                     {.file = table_.file(), .line = 1, .column = column});
+    const bool is_position = column == "x" || column == "y";
+    throw InputError(
+        is_position ? fmt::format("trees of one scene need positions, but there is no such column; "
+                                  "name it with `columns={}=COLUMN`, or write each tree to a file "
+                                  "of its own with `out`",
+                                  column)
+                    : "no such column; name the column with `columns`",
+        {.file = table_.file(), .line = 1, .column = column});
   }
 
   data::ColumnReference reference_to(const std::string& name, const std::string& suffix) const {

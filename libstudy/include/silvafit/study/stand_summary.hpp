@@ -15,10 +15,10 @@
 #include "silvafit/stand/growth.hpp"
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/stand_report.hpp"
-#include "silvafit/stand/thinning.hpp"
 #include "silvafit/study/callbacks.hpp"
 #include "silvafit/study/catalogue.hpp"
 #include "silvafit/study/idle_settings.hpp"
+#include "silvafit/study/study_record.hpp"
 #include "silvafit/study/tree_equations.hpp"
 #include "silvafit/study/unit_settings.hpp"
 
@@ -42,14 +42,6 @@ struct StandOptions {
 
 /// \throws UsageError that names a setting without effect on stand tables
 void refuse_idle(const StandOptions& options, const GivenName& given_name = {});
-
-/// The dominant height of a plot at the base age of a curve.
-struct SiteIndex {
-  std::string plot{};
-  double age = 0.0;          ///< mean of its trees [years]; NaN if no tree has one
-  double dominant_m = 0.0;   ///< dominant height now
-  double at_base_age = 0.0;  ///< [m]
-};
 
 struct StandSummary {
   UnitSettings settings{};

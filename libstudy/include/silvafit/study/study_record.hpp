@@ -13,6 +13,7 @@
 #include "silvafit/stand/sampling_design.hpp"
 #include "silvafit/stand/stand_report.hpp"
 #include "silvafit/stand/structural_units.hpp"
+#include "silvafit/stand/thinning.hpp"
 #include "silvafit/study/study.hpp"
 #include "silvafit/study/study_configuration.hpp"
 
@@ -22,6 +23,14 @@ namespace silvafit::study {
 struct HeightCurve {
   std::string species{};
   fit::FittedModel fit;
+};
+
+/// The dominant height of a plot at the base age of a curve.
+struct SiteIndex {
+  std::string plot{};
+  double age = 0.0;          ///< mean of its trees [years]; NaN if no tree has one
+  double dominant_m = 0.0;   ///< dominant height now
+  double at_base_age = 0.0;  ///< [m]
 };
 
 /// A study with all of its inputs, which its files document.
@@ -41,6 +50,8 @@ struct StudyRecord {
   Study study{};
   // For the first part of the report:
   std::optional<stand::StandReport> stand{};  ///< none without areas
+  std::optional<stand::Thinning> thinning{};
+  std::vector<SiteIndex> sites{};
   std::vector<HeightCurve> height_curves{};
   std::string volume{};  ///< how the volume of `stand` was computed; empty: it has none
 };
