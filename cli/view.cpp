@@ -45,7 +45,7 @@ void check_scene_option(const CLI::Option& option, bool has_trees) {
   const bool is_of_looks = option.get_group() == kPageSection && name != "--title";
   if (chooses_trees || is_of_table) {
     if (has_trees) return;
-    throw UsageError("a GLB scene has no table of trees; add `--trees FILE.csv`", {.column = name});
+    throw UsageError("a GLB scene has no table of trees; add --trees FILE.csv", {.column = name});
   }
   if (is_of_looks || name == "--terrain" || name == "--seed") {
     throw UsageError("a GLB scene is shown unchanged; use this option in grow", {.column = name});
