@@ -459,12 +459,18 @@ std::map<std::string, double> start_beyond_infinity(const NonlinearModel& model,
   ProjectedModel projected(model);
   std::vector<std::pair<double, VectorXd>> curves;  // log sum of squares, coefficients
   double closest = kInfinity;
-  for (double share = 1.0; share > 1e-15; share /= 10.0) {
+  std::vector<Index> unbounded;
+  double largest = 1.0;
+  for (Index j = 0; j < fit.estimate.size(); ++j) {
+    const std::string& name = fit.coefficient_names[static_cast<std::size_t>(j)];
+    if (!fit.convergence.has(Evidence::Kind::kUnbounded, name)) continue;
+    unbounded.push_back(j);
+    largest = std::max(largest, std::abs(fit.estimate[j]));
+  }
+  // A search may have gone on to any power of ten.
+  for (double share = 1.0; share > 1e-15 / largest; share /= 10.0) {
     VectorXd here = fit.estimate;
-    for (Index j = 0; j < here.size(); ++j) {
-      const std::string& name = fit.coefficient_names[static_cast<std::size_t>(j)];
-      if (fit.convergence.has(Evidence::Kind::kUnbounded, name)) here[j] *= -share;
-    }
+    here(unbounded) *= -share;
     if (!projected.evaluate(projected.nonlinear_part(here))) continue;
     curves.emplace_back(std::log(projected.residuals().squaredNorm()), projected.coefficients());
     closest = std::min(closest, curves.back().first);
