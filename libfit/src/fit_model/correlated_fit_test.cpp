@@ -286,6 +286,9 @@ TEST_CASE("Rows that have no correlation are errors with their group") {
           correlated_fit(with(6, t[5]), "car1(t)");
         }).find("is repeated in group 2") != std::string::npos);
   CHECK(message_of([&] {
+          correlated_fit(with(6, t[5]), "exponential(t)");
+        }).find("give a nugget, as in exponential(t; nugget)") != std::string::npos);
+  CHECK(message_of([&] {
           correlated_fit(with(6, std::nan("")), "car1(t)");
         }).find("row of group 2") != std::string::npos);
   CHECK(message_of([&] {

@@ -151,7 +151,10 @@ class OptimumSearch {
     result.marginal = Method::kInteraction;
     result.marginal_here = shown.rank;
     result.marginal_maximum = std::max(shown.rank, highest_converged(found.maxima()));
-    if (model_.is_linear()) return result;
+    // A maximum of this model above that of the smaller one is the answer, wherever it is.
+    const bool is_exceeded =
+        result.contained && result.marginal_maximum > result.contained->rank + kHigher;
+    if (model_.is_linear() || is_exceeded) return result;
     const double laplace = marginal_log_likelihood(model_, shown.fit, Method::kLaplace, options_);
     if (!std::isfinite(laplace)) return result;
     const MarginalEnd end = marginal_from(model_, shown.fit, Method::kLaplace, options_);
