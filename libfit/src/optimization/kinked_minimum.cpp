@@ -206,6 +206,7 @@ std::vector<Index> kinked_coefficients(const MatrixXd& frame, const MatrixXd& no
   // rounding.
   constexpr double kShare = 1e-3;
   const Index p = frame.rows();
+  if (p == 0) return {};
   const MatrixXd jumps = frame.transpose().partialPivLu().solve(normals.topRows(p));
   const VectorXd units = frame.rowwise().norm();
   const VectorXd sizes = (units.asDiagonal() * jumps).rowwise().norm();
