@@ -87,8 +87,9 @@ std::vector<VectorXd> CorrelationStructure::starts() const {
     default: {
       // Ranges from that of independent rows to that of the whole extent.
       const double top = std::log(std::max(2.0, scale_.farthest / scale_.unit));
-      constexpr double kFine = 0.7;  // a factor of two
-      for (double at = std::log(0.25); at < top + kFine; at += kFine) {
+      // A factor of two; a linear correlation may have a maximum between any two distances of rows.
+      const double step = correlation_.kind == Kind::kLinear ? 0.1 : 0.7;
+      for (double at = std::log(0.25); at < top + step; at += step) {
         for (const double nugget : {0.1, 0.5}) {
           result.push_back(VectorXd::Constant(m, at));
           if (m == 1) break;

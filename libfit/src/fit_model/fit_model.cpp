@@ -17,9 +17,11 @@
 #include "likelihood/effect_posteriors.hpp"
 #include "lindstrom_bates/lindstrom_bates_search.hpp"
 #include "marginal_likelihood/marginal_fit.hpp"
+#include "mixed_effects/mixed_effects_evidence.hpp"
 #include "model/held_coefficients.hpp"
 #include "model/response_fingerprint.hpp"
 #include "optimization/tolerances.hpp"
+#include "optimum_search/chosen_optimum.hpp"
 #include "optimum_search/optimum_search.hpp"
 #include "result/earlier_fit.hpp"
 #include "result/group_coefficients.hpp"
@@ -242,11 +244,29 @@ MixedEffectsFit fit_correlated(const NonlinearModel& model,
   return is_better ? *std::move(other) : fit;
 }
 
+/// The fit with the roles of coefficients that the start values or bounds say.
+MixedEffectsFit in_wished_roles(const NonlinearModel& model,
+                                const MixedEffectsFit& fit,
+                                Method method,
+                                const FitModelOptions& options) {
+  MixedEffectsFit result =
+      with_wished_roles(model, fit, method, mixed_options(model, options), options);
+  if (result.estimate == fit.estimate) return fit;
+  describe(model, result);
+  judge(model,
+        result,
+        is_marginal(method) ? Rounds::kEvaluations : Rounds::kAlternations,
+        options.reml);
+  return result;
+}
+
 MixedEffectsFit fit_mixed(const NonlinearModel& model,
                           const LeastSquaresFit& pooled,
                           Method method,
                           const FitModelOptions& options) {
-  if (model.specification().correlation) return fit_correlated(model, pooled, method, options);
+  if (model.specification().correlation) {
+    return in_wished_roles(model, fit_correlated(model, pooled, method, options), method, options);
+  }
   if (options.effort == SearchEffort::kThorough) {
     return search_optimum(model, pooled, method, mixed_options(model, options), options);
   }
@@ -400,8 +420,7 @@ std::optional<VectorXd> known_point_inside(const NonlinearModel& model,
   for (const VectorXd& point : points) {
     if (point.size() != model.coefficient_count() || !point.allFinite()) continue;
     if (is_inside(model.coefficient_names(), point, bounds)) return point;
-    for (const Exchange& exchange : exchanges(model, point, {})) {
-      VectorXd other = exchange.of(point);
+    for (const VectorXd& other : points_of_same_mean(model, point)) {
       if (is_inside(model.coefficient_names(), other, bounds)) return other;
     }
   }
@@ -440,12 +459,18 @@ std::map<std::string, double> start_beyond_infinity(const NonlinearModel& model,
   ProjectedModel projected(model);
   std::vector<std::pair<double, VectorXd>> curves;  // log sum of squares, coefficients
   double closest = kInfinity;
-  for (double share = 1.0; share > 1e-15; share /= 10.0) {
+  std::vector<Index> unbounded;
+  double largest = 1.0;
+  for (Index j = 0; j < fit.estimate.size(); ++j) {
+    const std::string& name = fit.coefficient_names[static_cast<std::size_t>(j)];
+    if (!fit.convergence.has(Evidence::Kind::kUnbounded, name)) continue;
+    unbounded.push_back(j);
+    largest = std::max(largest, std::abs(fit.estimate[j]));
+  }
+  // A search may have gone on to any power of ten.
+  for (double share = 1.0; share > 1e-15 / largest; share /= 10.0) {
     VectorXd here = fit.estimate;
-    for (Index j = 0; j < here.size(); ++j) {
-      const std::string& name = fit.coefficient_names[static_cast<std::size_t>(j)];
-      if (fit.convergence.has(Evidence::Kind::kUnbounded, name)) here[j] *= -share;
-    }
+    here(unbounded) *= -share;
     if (!projected.evaluate(projected.nonlinear_part(here))) continue;
     curves.emplace_back(std::log(projected.residuals().squaredNorm()), projected.coefficients());
     closest = std::min(closest, curves.back().first);

@@ -26,13 +26,31 @@ MatrixXd covariance_at_population(const NonlinearModel& model, const FitResult& 
                              frame_at(model, fit.estimate).beta);
 }
 
+/// Standard errors; infinite if a relative change of the coefficient moves the curve by rounding
+/// errors only. These make the information singular, so that others are not known and given as 0.
+VectorXd errors_of(const NonlinearModel& model,
+                   const VectorXd& estimate,
+                   const MatrixXd& expected) {
+  VectorXd errors = expected.diagonal().cwiseSqrt();
+  const auto [mean, jacobian] = model.curve_at(model.extended(estimate));
+  for (Index j = 0; j < errors.size(); ++j) {
+    const double effect = jacobian.col(j).norm() * std::abs(estimate[j]);
+    if (effect <= Thresholds::kUnfelt * mean.norm()) {
+      errors[j] = kInfinity;
+    } else if (!std::isfinite(errors[j])) {
+      errors[j] = 0.0;
+    }
+  }
+  return errors;
+}
+
 /// Coefficients that the population's curve hardly determines, least determined first. Of a search
 /// without a maximum a cause is known to exist, so that smaller errors make candidates, too.
 std::vector<Index> candidates(const NonlinearModel& model,
                               const FitResult& result,
                               const MatrixXd& expected) {
   const FittedModel& fit = result.fit;
-  const VectorXd errors = expected.diagonal().cwiseSqrt();
+  const VectorXd errors = errors_of(model, fit.estimate, expected);
   const double weight = fit.convergence.converged() ? 1.0 : 10.0;
   std::vector<Index> found = undetermined(model, fit.estimate, weight * errors, result.residual_sd);
   std::ranges::stable_sort(found, std::ranges::greater(), [&](Index j) {
@@ -118,7 +136,6 @@ void mark_limit(const NonlinearModel& model,
   const bool is_known = result.residual_sd.size() > 0 && result.residual_sd.allFinite();
   if (!has_end(fit.convergence) || !is_known) return;
   const MatrixXd expected = covariance_at_population(model, result);
-  if (!expected.allFinite()) return;
   const std::vector<Index> loose = candidates(model, result, expected);
   const auto held = std::ranges::find_if(loose, [&](Index j) {
     return !has_effects(fit.specification, fit.coefficient_names[static_cast<std::size_t>(j)]);
@@ -127,7 +144,8 @@ void mark_limit(const NonlinearModel& model,
       held != loose.end() && (is_flat_towards(fit, *held, 1.0, held_fit, bounds) ||
                               is_flat_towards(fit, *held, -1.0, held_fit, bounds));
   if (!has_limit) {
-    if (fit.convergence.converged() && has_understated_error(fit, expected, held_fit))
+    if (fit.convergence.converged() && expected.allFinite() &&
+        has_understated_error(fit, expected, held_fit))
       state_expected_errors(expected, fit);
     return;
   }

@@ -35,6 +35,32 @@ data::Table grouped(std::uint64_t seed, double residual_sd, const Curve& curve) 
   return table;
 }
 
+/// Five groups of three rows on a curve of inhibition by the substrate.
+data::Table substrates() {
+  data::Table table;
+  data::TextColumn group;
+  for (int i = 0; i < 15; ++i) group.append("g" + std::to_string(i / 3));
+  table.set("g", group);
+  table.set("x", {0.5, 2.0, 10.0, 0.5, 1.0, 10.0, 0.5, 2.0, 5.0, 2.0, 5.0, 10.0, 0.5, 1.0, 5.0});
+  table.set("y",
+            {1.3836,
+             3.8569,
+             6.2966,
+             1.4491,
+             2.5208,
+             7.2329,
+             0.8775,
+             3.1597,
+             4.6555,
+             3.6969,
+             5.896,
+             6.6758,
+             1.3126,
+             1.7997,
+             5.3763});
+  return table;
+}
+
 FittedModel fitted_by_group(const data::Table& table,
                             const std::string& formula,
                             FitModelOptions options) {
@@ -114,6 +140,23 @@ TEST_CASE("the maximum of a nearly straight curve is found beyond infinity") {
     if (q < 0.0) ++upwards;
   }
   CHECK(upwards > 0);
+}
+
+TEST_CASE("a search that has gone to infinity comes back from the other side") {
+  // x^2/I vanishes at I = infinity, which searches from some starts reach at -1e98. In r = 1/I that
+  // is r = 0, and the maximum an ordinary one at r > 0.
+  const data::Table table = substrates();
+  for (const Method method : {Method::kInteraction, Method::kLaplace, Method::kQuadrature}) {
+    const FitModelOptions options{.method = method};
+    const FittedModel regular = fitted_by_group(table, "y ~ a*x/(K + x + r*x^2)", options);
+    REQUIRE(regular.convergence.converged());
+    REQUIRE(regular.estimate[2] > 0.0);
+    const FittedModel fit = fitted_by_group(table, "y ~ a*x/(K + x + x^2/I)", options);
+    CAPTURE(fit.convergence.verdict(), fit.estimate.transpose());
+    CHECK(fit.convergence.converged());
+    CHECK(fit.log_likelihood == Approx(regular.log_likelihood).margin(1e-5));
+    CHECK(fit.estimate[2] * regular.estimate[2] == Approx(1.0).epsilon(0.01));
+  }
 }
 
 TEST_CASE("data of the whole curve give a maximum with standard errors") {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "silvafit/base/random.hpp"
+#include "silvafit/base/words.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 #include "silvafit/fit/model_texts.hpp"
 
@@ -61,6 +62,24 @@ data::Table two_decays() {
   return table_of(x, y, group);
 }
 
+/// 10 groups of a one-compartment curve with the rates 1.5 and 0.15, whose clearance varies.
+data::Table concentrations() {
+  Random random(23);
+  std::vector<double> x;
+  std::vector<double> y;
+  data::TextColumn group;
+  for (int g = 0; g < 10; ++g) {
+    const double size = 6.0 * std::exp(0.3 * random.normal());
+    for (const double at : {0.5, 1.0, 2.0, 4.0, 8.0, 12.0, 24.0}) {
+      const double mean = size * 1.5 / 1.35 * (std::exp(-0.15 * at) - std::exp(-1.5 * at));
+      x.push_back(at);
+      y.push_back(mean + 0.1 * random.normal());
+      group.append("g" + std::to_string(g));
+    }
+  }
+  return table_of(x, y, group);
+}
+
 FittedModel fitted_curve(const data::Table& table,
                          const std::string& formula,
                          const std::string& random,
@@ -75,6 +94,11 @@ double estimate_of(const FittedModel& fit, const std::string& name) {
 }
 
 constexpr const char* kFourLogistic = "y ~ A + (B - A)/(1 + exp((xm - x)/s))";
+constexpr const char* kCompartment =
+    "y ~ 100*exp(lka + lke - lcl)/(exp(lka) - exp(lke))*(exp(-exp(lke)*x) - exp(-exp(lka)*x))";
+/// The same with the volume, which changes when the rates are exchanged.
+constexpr const char* kVolume =
+    "y ~ 100*exp(lka - lv)/(exp(lka) - exp(lke))*(exp(-exp(lke)*x) - exp(-exp(lka)*x))";
 constexpr const char* kDecays = "y ~ a1*exp(-k1*x) + a2*exp(-k2*x)";
 
 }  // namespace
@@ -131,6 +155,71 @@ TEST_CASE("exchanged terms are within bounds by least squares, too") {
     REQUIRE(fit.convergence.converged());
     CHECK(estimate_of(fit, name) > 0.5);
     CHECK(fit.log_likelihood == Approx(free.log_likelihood).epsilon(1e-10));
+  }
+}
+
+TEST_CASE("curves that are equal in all groups have the roles of the start or of the bounds") {
+  // The rates can be exchanged without any change of the likelihood, since only the clearance or
+  // the volume varies: each maximum is one of two.
+  const data::Table table = concentrations();
+  const auto check = [&](const char* curve, const std::string& random, Method method) {
+    const FittedModel free = fitted_curve(table, curve, random + " | g", {.method = method});
+    REQUIRE(free.convergence.converged());
+    for (const bool is_absorption : {true, false}) {
+      const std::map<std::string, double> start{
+          {"lka", is_absorption ? 0.3 : -2.0}, {"lke", is_absorption ? -2.0 : 0.3}, {random, 2.0}};
+      const FittedModel from =
+          fitted_curve(table, curve, random + " | g", {.method = method, .start = start});
+      // log(0.15) is -1.9, so that the other maximum is outside.
+      const FittedModel bounded = fitted_curve(
+          table,
+          curve,
+          random + " | g",
+          {.method = method, .bounds = {{is_absorption ? "lka" : "lke", {.low = -1.0}}}});
+      for (const FittedModel& fit : {from, bounded}) {
+        CAPTURE(curve, word_of(method), is_absorption, fit.estimate.transpose());
+        CHECK(fit.convergence.converged());
+        CHECK((estimate_of(fit, "lka") > estimate_of(fit, "lke")) == is_absorption);
+        // Two searches of one maximum.
+        CHECK(fit.log_likelihood == Approx(free.log_likelihood).margin(1e-4));
+        CHECK(std::max(estimate_of(fit, "lka"), estimate_of(fit, "lke")) ==
+              Approx(std::max(estimate_of(free, "lka"), estimate_of(free, "lke"))).epsilon(1e-4));
+      }
+    }
+  };
+  for (const Method method : {Method::kLindstromBates,
+                              Method::kFirstOrder,
+                              Method::kInteraction,
+                              Method::kLaplace,
+                              Method::kQuadrature}) {
+    check(kCompartment, "lcl", method);
+    check(kVolume, "lv", method);
+  }
+}
+
+TEST_CASE("effects change places with their coefficients") {
+  // Both amplitudes vary, so that all exchanges leave the likelihood unchanged.
+  const data::Table table = two_decays();
+  const std::map<std::string, double> fast{{"a1", 3.0}, {"k1", 1.5}, {"a2", 1.3}, {"k2", 0.13}};
+  const std::map<std::string, double> slow{{"a1", 1.3}, {"k1", 0.13}, {"a2", 3.0}, {"k2", 1.5}};
+  const auto fitted_from = [&](const std::map<std::string, double>& start) {
+    return fitted_curve(
+        table, kDecays, "a1 + a2 | g", {.method = Method::kInteraction, .start = start});
+  };
+  const FittedModel first = fitted_from(fast);
+  const FittedModel second = fitted_from(slow);
+  REQUIRE(first.convergence.converged());
+  REQUIRE(second.convergence.converged());
+  CHECK(estimate_of(first, "k1") > estimate_of(first, "k2"));
+  CHECK(estimate_of(second, "k1") < estimate_of(second, "k2"));
+  CHECK(second.log_likelihood == Approx(first.log_likelihood).margin(1e-5));
+  for (Eigen::Index k = 0; k < 2; ++k) {
+    CHECK(second.random[0].sd()[1 - k] ==
+          Approx(first.random[0].sd()[k]).epsilon(1e-3).margin(1e-6));
+    // Of effects of about 1.
+    CHECK((second.random[0].effects.row(1 - k) - first.random[0].effects.row(k))
+              .cwiseAbs()
+              .maxCoeff() < 1e-3);
   }
 }
 

@@ -194,6 +194,21 @@ TEST_CASE("profiles follow a ridge through infinity to the other side") {
   CHECK(std::isinf(size.upper));
 }
 
+TEST_CASE("a profile that holds both infinities excludes the values around 0") {
+  data::Table table;
+  table.set("x", {1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0});
+  table.set("y", {1.53, 4.01, 6.62, 7.13, 9.48, 11.39, 13.44, 14.69, 17.51, 18.11, 20.03, 21.92});
+  const FittedModel fit = fit_model(specify_model("y ~ V*x/(K + x)", {}, table), table).fit;
+  REQUIRE(fit.estimate[1] > 0.0);
+  const ParameterInterval interval =
+      confidence_intervals(fit, table, {.method = IntervalMethod::kProfile}).parameters[1];
+  // R 4: uniroot() of the F statistic of s*x/(1 + q*x): q from -0.001129288 to 0.01879984, so that
+  // K = 1/q is above 53.19193292 or below -885.5.
+  CHECK(interval.lower == Approx(53.19193292).epsilon(1e-4));
+  CHECK(std::isinf(interval.upper));
+  CHECK(interval.note.find("beyond infinity") != std::string::npos);
+}
+
 TEST_CASE("with a coefficient held, the others keep their profile intervals") {
   // y - 3 = b x by hand: b = sum x (y - 3) / sum x^2, and n - 1 degrees of freedom, whichever of
   // the coefficients is the held one.

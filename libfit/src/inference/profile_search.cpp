@@ -77,13 +77,29 @@ class ProfileSearch {
   /// \param sign  1 for the upper limit, -1 for the lower one
   Limit limit(int sign, double deviance) {
     const double target = std::sqrt(deviance);
+    const Limit found = limit_before(std::nullopt, sign, target);
+    if (!found.is_open || !(sign * origin() < 0.0)) return found;
+    std::optional<ProfilePoint> excluded = excluded_near_zero(target);
+    return excluded ? limit_before(std::move(excluded), sign, target) : found;
+  }
+
+  /// Whether a value as far away as limits are searched is in the set.
+  bool contains_far(int sign, double deviance) {
+    ProfilePoint far{
+        .t = origin() + sign * farthest(), .root = kInfinity, .free = surface_.optimum()};
+    look_from_all_sides(far);
+    return far.root < std::sqrt(deviance);
+  }
+
+ private:
+  /// \param outside  an excluded point on this side, if one is known
+  Limit limit_before(std::optional<ProfilePoint> outside, int sign, double target) {
     const double end = sign > 0 ? scale_.high : scale_.low;
     ProfilePoint inside{.t = scale_.to(estimate_), .free = surface_.optimum()};
     std::optional<ProfilePoint> before;
-    std::optional<ProfilePoint> outside;
     bool is_edge = false;  // the last trials had no value
     double last_width = kInfinity;
-    double t = inside.t + sign * first_step(target);
+    double t = outside ? 0.5 * (inside.t + outside->t) : inside.t + sign * first_step(target);
     constexpr int kTrials = 100;
     for (int trial = 0; trial < kTrials; ++trial) {
       const bool is_at_end = sign * (t - end) >= 0.0;
@@ -143,7 +159,24 @@ class ProfileSearch {
     return {.is_cut_off = true};
   }
 
- private:
+  /// A point next to 0, if it is excluded. A coefficient whose reciprocal may be 0 can be at either
+  /// infinity: steps from one to the other pass all excluded values, and these are around 0. At 0
+  /// itself the curve may lack a coefficient whose limit is not excluded.
+  std::optional<ProfilePoint> excluded_near_zero(double target) {
+    if (parameter_.form != Form::kCoefficient && parameter_.form != Form::kDerived) {
+      return std::nullopt;
+    }
+    const ProfilePoint estimate{.t = origin(), .free = surface_.optimum()};
+    // A search may fail so far from the estimate.
+    for (const double share : {1e-3, 1e-2, 1e-1}) {
+      ProfilePoint near = constrained(share * origin(), estimate, std::nullopt);
+      look_from_all_sides(near);
+      if (!std::isfinite(near.root)) continue;
+      return near.root >= target ? std::optional(std::move(near)) : std::nullopt;
+    }
+    return std::nullopt;
+  }
+
   /// A parameter to hold, and the likelihood of the others.
   struct Held {
     LikelihoodSurface& surface;
@@ -509,12 +542,17 @@ void take(const Limit& limit,
   }
 }
 
-/// A ratio may pass infinity where its denominator may be 0.
-void note_beyond_infinity(ParameterInterval& interval) {
+/// A ratio may pass infinity where its denominator may be 0, and so may a coefficient.
+void note_beyond_infinity(ProfileSearch& search, double deviance, ParameterInterval& interval) {
   const bool is_one_sided = std::isinf(interval.lower) != std::isinf(interval.upper);
-  if (interval.kind != ParameterKind::kDerived || !is_one_sided) return;
-  add_note(interval.note,
-           "if it is a ratio, values at the other end, beyond infinity, are not excluded either");
+  if (!is_one_sided) return;
+  if (interval.kind == ParameterKind::kDerived) {
+    add_note(interval.note,
+             "if it is a ratio, values at the other end, beyond infinity, are not excluded either");
+  } else if (interval.kind == ParameterKind::kFixed &&
+             search.contains_far(std::isinf(interval.upper) ? -1 : 1, deviance)) {
+    add_note(interval.note, "values at the other end, beyond infinity, are not excluded either");
+  }
 }
 
 FittedModel moved(FittedModel fit, const VectorXd& estimate) {
@@ -563,7 +601,7 @@ ParameterInterval profile_interval(LikelihoodSurface& surface,
   } else {
     take(search.limit(1, deviance), true, parameter, interval);
   }
-  note_beyond_infinity(interval);
+  note_beyond_infinity(search, deviance, interval);
   if (is_low || is_high) {
     add_note(
         interval.note,

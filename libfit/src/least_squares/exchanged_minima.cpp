@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "least_squares/exchanged_minima.hpp"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <optional>
 #include <utility>
 
 #include "least_squares/levenberg_marquardt.hpp"
@@ -153,6 +155,56 @@ std::vector<Exchange> phase_shifts(const NonlinearModel& model,
   return std::move(same).found();
 }
 
+/// The point of a given mean that Gauss and Newton's method reaches; none if it reaches none.
+std::optional<VectorXd> point_of_mean(const NonlinearModel& model,
+                                      VectorXd point,
+                                      const VectorXd& mean) {
+  constexpr int kSteps = 20;
+  constexpr int kHalvings = 20;
+  constexpr double kRounding = 1e-9;
+  double distance = (model.mean_at(point) - mean).norm();
+  for (int step = 0; step < kSteps && distance > kRounding * mean.norm(); ++step) {
+    const auto [here, jacobian] = model.curve_at(point);
+    if (!here.allFinite() || !jacobian.allFinite()) return std::nullopt;
+    VectorXd change = jacobian.leftCols(point.size()).colPivHouseholderQr().solve(mean - here);
+    const double before = distance;
+    for (int halving = 0; halving < kHalvings && !(distance < before); ++halving) {
+      const double next = (model.mean_at(point + change) - mean).norm();
+      if (next < before) {
+        point += change;
+        distance = next;
+      }
+      change *= 0.5;
+    }
+    if (!(distance < before)) return std::nullopt;
+  }
+  return distance <= kRounding * mean.norm() ? std::optional(point) : std::nullopt;
+}
+
+/// Points of the same mean after an exchange of two coefficients to which the others adapt.
+std::vector<VectorXd> adapted_exchanges(const NonlinearModel& model, const VectorXd& point) {
+  constexpr Index kSample = 50;
+  constexpr double kSamePlace = 1e-3;
+  const NonlinearModel part = model.subset(even_sample(model.response(), kSample));
+  const VectorXd mean = part.mean_at(point);
+  std::vector<VectorXd> result;
+  for (Index i = 0; i < point.size(); ++i) {
+    for (Index j = 0; j < i; ++j) {
+      VectorXd start = point;
+      std::swap(start[i], start[j]);
+      const auto found = point_of_mean(part, std::move(start), mean);
+      if (!found) continue;
+      const VectorXd change = (*found - point).cwiseAbs();
+      if ((change.array() > kSamePlace * point.array().abs()).any()) result.push_back(*found);
+    }
+  }
+  return result;
+}
+
+/// The number of exchanges grows fast: with four pairs it is 763 for eight coefficients, with two
+/// 675 for ten.
+constexpr Index kMostCoefficients = 10;
+
 }  // namespace
 
 VectorXd Exchange::of(const VectorXd& coefficients) const {
@@ -162,9 +214,6 @@ VectorXd Exchange::of(const VectorXd& coefficients) const {
 std::vector<Exchange> exchanges(const NonlinearModel& model,
                                 const VectorXd& minimum,
                                 const std::vector<Index>& varying) {
-  // With four pairs the number of exchanges is 763 for eight coefficients, with two it is 675 for
-  // ten.
-  constexpr Index kMostCoefficients = 10;
   constexpr Index kFewCoefficients = 8;
   const Index p = minimum.size();
   if (p < 2 || p > kMostCoefficients) return {};
@@ -196,6 +245,14 @@ std::vector<VectorXd> exchanged_minima(const NonlinearModel& model, const Vector
   for (const Exchange& exchange : exchanges(model, minimum, varying)) {
     result.push_back(exchange.of(minimum));
   }
+  return result;
+}
+
+std::vector<VectorXd> points_of_same_mean(const NonlinearModel& model, const VectorXd& point) {
+  std::vector<VectorXd> result;
+  if (point.size() > kMostCoefficients) return result;
+  for (const Exchange& exchange : exchanges(model, point, {})) result.push_back(exchange.of(point));
+  std::ranges::move(adapted_exchanges(model, point), std::back_inserter(result));
   return result;
 }
 

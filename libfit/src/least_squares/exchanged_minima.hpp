@@ -39,6 +39,10 @@ std::vector<Exchange> exchanges(const NonlinearModel& model,
 /// The coefficients after each exchange.
 std::vector<VectorXd> exchanged_minima(const NonlinearModel& model, const VectorXd& minimum);
 
+/// All points of the same mean that are known: after each exchange, and after an exchange of two
+/// coefficients to which the others adapt, as the volume V of a compartment becomes V ke/ka.
+std::vector<VectorXd> points_of_same_mean(const NonlinearModel& model, const VectorXd& point);
+
 /// Of a minimum and those with the same mean after an exchange, the one nearest to a start.
 /// \param start  (p)
 VectorXd nearest_minimum(const NonlinearModel& model,

@@ -55,6 +55,17 @@ TEST_CASE("rates of absorption and elimination change places") {
   CHECK(found[0] == VectorXd(Eigen::Vector3d(0.4, -2.4, -3.2)));
 }
 
+TEST_CASE("coefficients adapt to exchanged rates") {
+  // Theory of the one-compartment model: the volume V becomes V ke/ka.
+  const NonlinearModel model =
+      model_of("y ~ exp(ka - v)*(exp(-exp(ke)*x) - exp(-exp(ka)*x))/(exp(ka) - exp(ke))");
+  const VectorXd point = Eigen::Vector3d(0.4, 3.1, -2.0);  // ka, v, ke
+  const std::vector<VectorXd> found = points_of_same_mean(model, point);
+  REQUIRE(!found.empty());
+  const VectorXd other = Eigen::Vector3d(-2.0, 3.1 - 2.0 - 0.4, 0.4);
+  for (const VectorXd& reached : found) CHECK((reached - other).norm() < 1e-6);
+}
+
 TEST_CASE("terms of three coefficients change places") {
   const NonlinearModel model =
       model_of("y ~ a1/(1 + exp((b1 - x)/c1)) + a2/(1 + exp((b2 - x)/c2))");

@@ -62,6 +62,24 @@ const std::string kMeyer = "h ~ 1.3 + a*(1 - exp(-b*dbh))";
 
 }  // namespace
 
+TEST_CASE("a start at which the terms cancel each other is none") {
+  // The plateau a - b^2/(4c) of large b and c is any number plus a larger one, which loses the
+  // response: no residual is left. R 4: nls() of the same formula from (3, 1, -0.05).
+  Table table(30);
+  table.set("x",
+            {9.0, 10.0, 15.0, 19.0, 0.0, 2.0,  16.0, 18.0, 4.0,  6.0,  17.0, 8.0, 5.0,  16.0, 5.0,
+             8.0, 12.0, 10.0, 1.0,  0.0, 17.0, 15.0, 16.0, 10.0, 16.0, 6.0,  9.0, 15.0, 2.0,  6.0});
+  table.set("y", {10.793, 10.955, 10.696, 11.356, 3.535,  5.837,  10.509, 11.439, 7.459, 9.875,
+                  10.357, 10.954, 8.608,  10.251, 8.431,  10.437, 11.164, 10.345, 3.724, 3.12,
+                  10.72,  11.141, 11.456, 9.945,  11.153, 10.082, 10.557, 10.514, 6.096, 9.499});
+  const LeastSquaresFit fit =
+      fitted("y ~ ifelse(x < -b/(2*c), a + b*x + c*x^2, a - b^2/(4*c))", table);
+  REQUIRE(fit.convergence.converged());
+  CHECK(fit.log_likelihood == Approx(-16.446874838).margin(1e-6));
+  CHECK(fit.estimate[0] == Approx(1.5242724564).epsilon(1e-5));
+  CHECK(fit.estimate[1] == Approx(-0.07467037473).epsilon(1e-5));
+}
+
 TEST_CASE("a linear model has the closed-form solution") {
   const Table table = trees(1.0);
   const LeastSquaresFit fit = fitted("h ~ a + b*dbh + c*dbh^2", table);

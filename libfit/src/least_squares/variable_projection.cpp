@@ -5,13 +5,23 @@
 #include <algorithm>
 #include <functional>
 #include <iterator>
+#include <limits>
 #include <numeric>
+
+#include "verdict/thresholds.hpp"
 
 namespace silvafit::fit {
 namespace {
 
 /// Scaled columns below this share of the largest are rounding.
 constexpr double kRankTolerance = 1e-13;
+
+/// Whether the mean without its linear terms is so far from the response that the terms which have
+/// to cancel it leave rounding errors only: no residual is known there.
+bool is_lost(const VectorXd& offset, const VectorXd& response) {
+  return std::numeric_limits<double>::epsilon() * offset.stableNorm() >
+         Thresholds::kRoundedResidual * response.stableNorm();
+}
 
 }  // namespace
 
@@ -48,6 +58,7 @@ bool ProjectedModel::evaluate(const VectorXd& nonlinear) {
   coefficients_(split_.nonlinear) = nonlinear;
   model_.evaluate(coefficients_, mean_, split_.linear.empty() ? nullptr : &jacobian_, workspace_);
   residuals_ = model_.response() - mean_;
+  if (!split_.linear.empty() && is_lost(mean_, model_.response())) return false;
   return residuals_.allFinite() && solve_linear();
 }
 

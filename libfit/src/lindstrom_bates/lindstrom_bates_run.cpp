@@ -7,7 +7,9 @@
 #include <utility>
 
 #include "lindstrom_bates/lindstrom_bates.hpp"
+#include "model/kinked_range.hpp"
 #include "optimization/fixed_point.hpp"
+#include "optimization/kinked_minimum.hpp"
 #include "optimization/quasi_newton.hpp"
 #include "optimization/tolerances.hpp"
 #include "silvafit/base/constants.hpp"
@@ -127,9 +129,21 @@ class LindstromBates::Run {
       options.decrement = std::max(options.decrement, kShare * std::min(1.0, curve_decrement_));
     }
     best_ = minimize(objective, state_.theta, hessian_, options);
+    if (has_kinked_range(engine_.variance_.correlated()) && best_.decrement > options.decrement) {
+      settle_at_kinks(objective);
+    }
     if (!best_.x.allFinite()) return false;
     hessian_ = best_.hessian;
     return true;
+  }
+
+  void settle_at_kinks(const SmoothFunction& objective) {
+    const auto found = minimum_at_kinks(objective, best_.x);
+    if (!found || !(found->value <= best_.value + kRoundedLikelihood)) return;
+    best_.x = found->x;
+    best_.value = found->value;
+    best_.hessian = found->hessian;
+    best_.decrement = found->decrement;
   }
 
   /// Whether the coefficients are at their penalized least squares, given the variance components.

@@ -9,6 +9,7 @@
 #include "least_squares/least_squares_verdict.hpp"
 #include "likelihood/marginal_likelihood.hpp"
 #include "mixed_effects/degenerate_fit.hpp"
+#include "model/kinked_range.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "optimization/kinked_minimum.hpp"
 #include "optimization/tolerances.hpp"
@@ -338,16 +339,18 @@ MarginalSearch::Optimum MarginalSearch::searched(const VectorXd& start) {
       found = minimum_from(found.x, optimum.hessian, steps_);
     }
   }
-  if (optimum.decrement > kConvergedDecrement && !model_.fixed_kinks().empty()) {
-    settle_at_kinks(objective, optimum);
-  }
+  if (optimum.decrement > kConvergedDecrement && has_kinks()) settle_at_kinks(objective, optimum);
   return optimum;
+}
+
+bool MarginalSearch::has_kinks() const {
+  return !model_.fixed_kinks().empty() || has_kinked_range(variance_.correlated());
 }
 
 void MarginalSearch::settle_at_kinks(const SmoothFunction& function, Optimum& optimum) const {
   if (is_too_slow_ || !std::isfinite(optimum.value)) return;
   const auto found = minimum_at_kinks(function, optimum.x);
-  if (!found || !(found->value <= optimum.value)) return;
+  if (!found || !(found->value <= optimum.value + kRoundedLikelihood)) return;
   optimum.x = found->x;
   optimum.value = found->value;
   optimum.gradient = found->gradient;

@@ -122,7 +122,10 @@ class MarginalSearch {
 
   Optimum searched(const VectorXd& start);
 
-  /// If the search is stuck at kinks of the formula, the minimum there.
+  /// Whether the likelihood has kinks: of the formula, or in the range of a correlation.
+  bool has_kinks() const;
+
+  /// If the search is stuck at kinks, the minimum there.
   void settle_at_kinks(const SmoothFunction& function, Optimum& optimum) const;
 
   /// A point below a saddle point, along its direction of negative curvature; no value if there is

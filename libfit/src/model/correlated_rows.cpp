@@ -158,6 +158,19 @@ class Builder {
     }
   }
 
+  std::string remedy_of_repetition(bool is_one_group) const {
+    Correlation with_nugget = correlation_;
+    with_nugget.has_nugget = true;
+    const std::string nugget = correlation_.kind >= Kind::kExponential
+                                   ? fmt::format("give a nugget, as in {}", with_nugget.text())
+                                   : "";
+    if (!is_one_group) return nugget.empty() ? "correct it, or give finer groups" : nugget;
+    return fmt::format("{}{}give the column of the groups, as in {}",
+                       nugget,
+                       nugget.empty() ? "" : ", or ",
+                       first_word(correlation_));
+  }
+
   /// With a nugget two rows may be at one place.
   void require_distinct(const std::string& label, const Block& block) const {
     if (correlation_.has_nugget) return;
@@ -180,13 +193,12 @@ class Builder {
       second.column = fmt::format("{}", fmt::join(correlation_.columns, ", "));
       throw InputError(
           fmt::format(
-              "{} is repeated in {}{}; `correlation` needs another value in each row of a "
-              "group: give the column of the groups as in {}{}",
+              "{} is repeated in {}{}; `correlation` needs another value in each row of a group: "
+              "{}",
               fmt::join(block.places.row(order[k]).begin(), block.places.row(order[k]).end(), ", "),
               named(label),
               where(first),
-              first_word(correlation_),
-              correlation_.kind >= Kind::kExponential ? ", or a nugget" : ""),
+              remedy_of_repetition(label.empty())),
           second);
     }
   }

@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -205,12 +206,16 @@ std::vector<Index> kinked_coefficients(const MatrixXd& frame, const MatrixXd& no
   // rounding.
   constexpr double kShare = 1e-3;
   const Index p = frame.rows();
+  if (p == 0) return {};
   const MatrixXd jumps = frame.transpose().partialPivLu().solve(normals.topRows(p));
   const VectorXd units = frame.rowwise().norm();
   const VectorXd sizes = (units.asDiagonal() * jumps).rowwise().norm();
+  const VectorXd others = normals.bottomRows(normals.rows() - p).rowwise().norm();
+  const double largest =
+      others.size() > 0 ? std::max(sizes.maxCoeff(), others.maxCoeff()) : sizes.maxCoeff();
   std::vector<Index> result;
   for (Index j = 0; j < p; ++j) {
-    if (sizes[j] > kShare * sizes.maxCoeff()) result.push_back(j);
+    if (sizes[j] > kShare * largest) result.push_back(j);
   }
   return result;
 }

@@ -22,7 +22,7 @@ struct KinkedMinimum {
   double decrement = 0.0;
 };
 
-/// The coefficients in which a function jumps across its kinks.
+/// The coefficients in which the gradient jumps across kinks; none for a kink in other coordinates.
 /// \param frame    (p x p) coefficients of the first p coordinates
 /// \param normals  (n x kinks) as those of a minimum, n at least p
 std::vector<Eigen::Index> kinked_coefficients(const Eigen::MatrixXd& frame,

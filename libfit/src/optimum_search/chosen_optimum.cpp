@@ -3,8 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "least_squares/exchanged_minima.hpp"
+#include "lindstrom_bates/lindstrom_bates_search.hpp"
+#include "marginal_likelihood/marginal_fit.hpp"
 #include "optimization/tolerances.hpp"
+#include "optimum_search/exchanged_fits.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -87,6 +92,34 @@ const Candidate& chosen_optimum(const std::vector<std::string>& names,
     chosen = candidate;
   }
   return *chosen;
+}
+
+MixedEffectsFit with_wished_roles(const NonlinearModel& model,
+                                  const MixedEffectsFit& fit,
+                                  Method method,
+                                  const MixedEffectsOptions& options,
+                                  const FitModelOptions& wishes) {
+  const bool has_wishes = !wishes.start.empty() || !wishes.bounds.empty();
+  if (!has_wishes || !fit.convergence.converged()) return fit;
+  const std::vector<std::string>& names = model.coefficient_names();
+  // Distances are sums in different orders.
+  constexpr double kRounding = 1e-9;
+  const auto is_nearer = [&](const VectorXd& a, const VectorXd& b) {
+    const bool inside = is_inside(names, a, wishes.bounds);
+    if (inside != is_inside(names, b, wishes.bounds)) return inside;
+    return distance(names, a, wishes.start) < distance(names, b, wishes.start) - kRounding;
+  };
+  const auto refitted = [&](const MixedEffectsFit& start) {
+    return is_marginal(method) ? marginal_from(model, start, method, options).fit
+                               : lindstrom_bates_from(model, start, options).fit;
+  };
+  MixedEffectsFit result = fit;
+  for (const VectorXd& point : points_of_same_mean(model, fit.estimate)) {
+    if (!is_nearer(point, result.estimate)) continue;
+    auto other = refitted(exchanged_fit(model, fit, point));
+    if (other && other->convergence.converged() && is_same(*other, fit)) result = *std::move(other);
+  }
+  return result;
 }
 
 }  // namespace silvafit::fit

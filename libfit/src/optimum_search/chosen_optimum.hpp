@@ -31,4 +31,17 @@ const Candidate& chosen_optimum(const std::vector<std::string>& names,
                                 const Candidate& best,
                                 const FitModelOptions& wishes);
 
+/// The fit, or the one of the same curves with exchanged coefficients that is within the bounds,
+/// and of these the nearest to the start values.
+///
+/// Where an exchange leaves the curve of every group unchanged, as that of the rates of absorption
+/// and elimination if only the clearance varies, both fits are one maximum to a search.
+/// \param wishes  of which start values and bounds are used
+/// \returns an exchanged fit has no degrees of freedom and message yet
+MixedEffectsFit with_wished_roles(const NonlinearModel& model,
+                                  const MixedEffectsFit& fit,
+                                  Method method,
+                                  const MixedEffectsOptions& options,
+                                  const FitModelOptions& wishes);
+
 }  // namespace silvafit::fit

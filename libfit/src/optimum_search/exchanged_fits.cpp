@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <cstddef>
-#include <utility>
 
 #include "least_squares/exchanged_minima.hpp"
 #include "mixed_effects/boundary.hpp"
@@ -13,8 +12,9 @@ namespace {
 
 /// Replaces the random effects of the coefficients that differ between two fits.
 void renew_effects(const NonlinearModel& model, const VectorXd& before, MixedEffectsFit& fit) {
-  const VectorXd slopes = population_slopes(model, fit).sizes;
   const std::vector<RandomEffects>& terms = model.specification().random;
+  if (terms.empty()) return;
+  const VectorXd slopes = population_slopes(model, fit).sizes;
   for (std::size_t term = 0; term < terms.size(); ++term) {
     const std::vector<Index> places = model.coefficients_of(terms[term]);
     EstimatedEffects& random = fit.random[term];
@@ -33,14 +33,20 @@ void renew_effects(const NonlinearModel& model, const VectorXd& before, MixedEff
 
 }  // namespace
 
+MixedEffectsFit exchanged_fit(const NonlinearModel& model,
+                              const MixedEffectsFit& fit,
+                              const VectorXd& coefficients) {
+  MixedEffectsFit result = fit;
+  result.estimate = coefficients;
+  renew_effects(model, fit.estimate, result);
+  return result;
+}
+
 std::vector<MixedEffectsFit> exchanged_fits(const NonlinearModel& model,
                                             const MixedEffectsFit& fit) {
   std::vector<MixedEffectsFit> result;
-  for (VectorXd& coefficients : exchanged_minima(model, fit.estimate)) {
-    MixedEffectsFit other = fit;
-    other.estimate = std::move(coefficients);
-    renew_effects(model, fit.estimate, other);
-    result.push_back(std::move(other));
+  for (const VectorXd& coefficients : exchanged_minima(model, fit.estimate)) {
+    result.push_back(exchanged_fit(model, fit, coefficients));
   }
   return result;
 }

@@ -25,7 +25,7 @@ class MarginalMaxima {
 
   /// \param most  number of starts
   void search(std::size_t most);
-  const std::vector<Candidate>& all() const { return maxima_; }
+  std::vector<Candidate>& all() { return maxima_; }
   /// The highest maximum, or a point far above it at which a search has not converged.
   const Candidate& best() const;
   SearchEvidence evidence(const Candidate& best) const;

@@ -118,6 +118,7 @@ class OptimumSearch {
   }
 
   MixedEffectsFit best_fixed_point(LocalOptima& found) const {
+    take_wished_roles(found.ends());
     const Candidate& best = best_of(found.ends());
     const Candidate& shown = chosen(found.ends(), best);
     const SearchEvidence evidence = of_shown(linearization_evidence(found, shown), shown, best);
@@ -150,7 +151,10 @@ class OptimumSearch {
     result.marginal = Method::kInteraction;
     result.marginal_here = shown.rank;
     result.marginal_maximum = std::max(shown.rank, highest_converged(found.maxima()));
-    if (model_.is_linear()) return result;
+    // A maximum of this model above that of the smaller one is the answer, wherever it is.
+    const bool is_exceeded =
+        result.contained && result.marginal_maximum > result.contained->rank + kHigher;
+    if (model_.is_linear() || is_exceeded) return result;
     const double laplace = marginal_log_likelihood(model_, shown.fit, Method::kLaplace, options_);
     if (!std::isfinite(laplace)) return result;
     const MarginalEnd end = marginal_from(model_, shown.fit, Method::kLaplace, options_);
@@ -165,9 +169,16 @@ class OptimumSearch {
     const std::size_t asked = static_cast<std::size_t>(wishes_.spread_starts) / 4;
     MarginalMaxima maxima(model_, pooled_.estimate, method_, options_, found);
     maxima.search(found.has_several() ? kClimbs + 3 * asked : 1);
+    take_wished_roles(maxima.all());
     const Candidate& best = maxima.best();
     const Candidate& shown = chosen(maxima.all(), best);
     return judged(shown, maxima.all(), of_shown(maxima.evidence(shown), shown, best));
+  }
+
+  void take_wished_roles(std::vector<Candidate>& all) const {
+    for (Candidate& candidate : all) {
+      candidate.fit = with_wished_roles(model_, candidate.fit, method_, options_, wishes_);
+    }
   }
 
   const Candidate& chosen(const std::vector<Candidate>& all, const Candidate& best) const {

@@ -134,8 +134,8 @@ std::string_view text_of(Finding::Kind kind) {
        "its mode and the likelihood of this method is not valid. Use `method=focei`."},
       {kContainedHigher,
        "Not converged: the model {a}, which this one contains, has a higher log-likelihood "
-       "({x:.2f} against {y:.2f}). Use that model, or [give other start values|`method={b}`: {b} "
-       "converges at {z:.2f}]."},
+       "({x:.2f} against {y:.2f}). [Use that model, or give other start values|Use `method={b}`: "
+       "{b} converges at {z:.2f}]."},
       {kUnfinishedHigher,
        "Not converged: the maximum shown has a log-likelihood of {x:.2f}, but another start "
        "reached {y:.2f} without converging. Use `method=focei`, or {simpler}."},
@@ -158,8 +158,8 @@ std::string_view text_of(Finding::Kind kind) {
        "Not converged: no fit within the bounds was found. The fit without bounds is shown."},
       {kContainedDoubt,
        "Converged, with a doubt: the model {a}, which this one contains, has a higher "
-       "log-likelihood ({x:.2f} against {y:.2f}). Use that model, or [give other start "
-       "values|`method={b}`: {b} converges at {z:.2f}]."},
+       "log-likelihood ({x:.2f} against {y:.2f}). [Use that model, or give other start values|Use "
+       "`method={b}`: {b} converges at {z:.2f}]."},
       {kKink,
        "Converged, with a doubt: the formula has a kink in {names}, where this method is not "
        "exact. Compare with `method=agq`."},
