@@ -170,14 +170,13 @@ std::vector<std::string> RepeatedNumbers::notes() const {
                     first_further_stem));
   }
   if (stems > 0) {
-    notes.push_back(
-        fmt::format("{} at the position of the other tree, as stems of one stool do; {}",
-                    counted(stems, "of these stands", "of these stand"),
-                    advice));
+    notes.push_back(fmt::format("{} at the position of the other tree, as stems of one stool do{}",
+                                counted(stems, "of these stands", "of these stand"),
+                                advice));
   }
   if (unplaced > 0) {
     notes.push_back(fmt::format(
-        "{} no position; {}", counted(unplaced, "of these has", "of these have"), advice));
+        "{} no position{}", counted(unplaced, "of these has", "of these have"), advice));
   }
   return notes;
 }
@@ -291,7 +290,7 @@ void InventoryReader::explain_shared_numbers() {
   const std::string tree =
       plan_.labels[kTree].field ? text_of(plan_.labels[kTree].text) : plan_.labels[kTree].text;
   numbers.advice = fmt::format(
-      "{}if they are later measurements of a tree, name the column of the time: "
+      "; {}if they are later measurements of a tree, name the column of the time: "
       "`columns=year={}`; if trees are numbered within parts of a plot, use "
       "`columns=tree={}+{}`",
       columns.empty() ? "" : fmt::format("the column {} tells them apart: ", column),
@@ -302,7 +301,7 @@ void InventoryReader::explain_shared_numbers() {
   if (!may_be_wrong || plan_.time_field || options_.trust_units) return;
   throw InputError(
       fmt::format("{} several rows of one species and with nearly the same dbh, as measurements at "
-                  "several times have, but there is no column of the time; {}; if all are trees of "
+                  "several times have, but there is no column of the time{}; if all are trees of "
                   "one time, use `trust_units=true`",
                   counted(numbers.shared.size(), "tree number has", "tree numbers have"),
                   numbers.advice),

@@ -27,7 +27,7 @@ struct RepeatedNumbers {
   /// whether these are most numbers and their rows as alike as measurements of one tree.
   std::vector<LabelParts> shared{};
   bool are_alike = false;
-  std::string advice{};  ///< how rows of one number are told apart
+  std::string advice{};  ///< "; ..." how rows of one number are told apart; empty without such
 
   std::vector<std::string> notes() const;
 };

@@ -107,7 +107,8 @@ TEST_CASE("rows of sums and means are no trees in any language or phrase") {
     INFO(label);
     CHECK(trees_in(fmt::format("plot,tree,dbh\n1,1,20\n1,2,22\n1,{},42\n", label)) == 2);
   }
-  for (const char* const label : {"n", "12a", "Old plot tree", "Sumac", "Meadow"}) {
+  for (const char* const label :
+       {"n", "12a", "Old plot tree", "Sumac", "Meadow", "SE-1", "Somme 2", "Max 1"}) {
     INFO(label);
     CHECK(trees_in(fmt::format("plot,tree,dbh\n1,1,20\n1,2,22\n1,{},42\n", label)) == 3);
   }

@@ -129,14 +129,17 @@ bool is_summary_label(std::string_view label, bool is_code) {
   constexpr std::string_view kWords =
       "total totals subtotal grandtotal overall sum sums summe summen gesamt insgesamt "
       "zwischensumme somme totale totaux suma soma mean means average mittel mittelwert "
-      "mittelwerte "
-      "durchschnitt moyenne media promedio median yhteensa summa keskiarvo keskihajonta medel "
+      "mittelwerte durchschnitt moyenne media promedio median yhteensa summa keskiarvo "
+      "keskihajonta medel "
       "medelvarde gjennomsnitt gjennomsnittlig srednia razem lacznie celkem soucet prumer totaal "
       "gemiddelde jumlah rata ratarata toplam ortalama 合計 合计 総計 总计 小計 小计 平均 平均値 "
       "平均值 总和";
-  constexpr std::string_view kShort =
-      "sd stdev stddev std se cv min max minimum maximum avg var variance stabw stdabw "
-      "standardabweichung ecarttype desviacion desvpad count nha gha qmd hdom ddom";
+  constexpr std::string_view kFigures =
+      "stdev stddev minimum maximum avg variance stabw stdabw standardabweichung ecarttype "
+      "desviacion desvio desvpad count nha gha qmd hdom ddom";
+  constexpr std::string_view kShort = "sd std se cv min max var";
+  /// In a phrase, these may be names, such as that of a river.
+  constexpr std::string_view kNames = "somme soma media rata summa";
   /// What sums and means are of.
   constexpr std::string_view kOf =
       "of the de di da do des le la der per plot plots stand tree trees dbh bhd dap h ht height "
@@ -145,8 +148,9 @@ bool is_summary_label(std::string_view label, bool is_code) {
   if (label == "Ø" || label == "∑" || label == "Σ") return true;
   const std::string letters = folded_letters(label);
   if (letters.empty()) return false;
-  if (has_word(kWords, letters) || (!is_code && has_word(kShort, letters))) return true;
+  if (has_word(kWords, letters)) return true;
   if (is_code) return false;
+  if (has_word(kFigures, letters) || has_word(kShort, letters)) return true;
   if (label.ends_with('=')) return true;
   bool has_summary = false;
   const std::string text = folded(label);
@@ -155,7 +159,8 @@ bool is_summary_label(std::string_view label, bool is_code) {
     const std::string_view word = std::string_view(text).substr(begin, end - begin);
     begin = end + 1;
     double number = 0.0;
-    const bool is_summary = has_word(kWords, word) || has_word(kShort, word) || word == "desvio";
+    const bool is_summary =
+        (has_word(kWords, word) && !has_word(kNames, word)) || has_word(kFigures, word);
     if (word.empty() || has_word(kOf, word) || data::parse_number(word, number)) continue;
     if (!is_summary) return false;
     has_summary = true;

@@ -87,8 +87,7 @@ std::optional<double> part_named(std::string_view word) {
 }
 
 /// The factor of a unit in brackets, as in `(0.1 in)`, `(1/10 in)`, `(mm/10)`, `(10ths of inch)`
-/// and
-/// `(x10 cm)`; 1 without one, none if the number is not understood.
+/// and `(x10 cm)`; 1 without one, none if the number is not understood.
 /// \param before, after  the text of the brackets around the unit
 std::optional<double> factor_of_unit(std::string_view before, std::string_view after) {
   const auto is_product = [](std::string_view& text, bool at_front) {
