@@ -86,7 +86,7 @@ formula_term <- function(formula, groups) {
 pd_term <- function(pd, groups) {
   if (inherits(pd, "pdBlocked")) {
     blocks <- lapply(pd, function(block) pd_term(block, groups))
-    return(list(blocks = lapply(blocks, `[[`, "formulas"), group = groups, covariance = ""))
+    return(list(blocks = lapply(blocks, `[[`, "formulas"), group = groups, covariance = "", forms = vapply(blocks, `[[`, "", "covariance")))
   }
   covariance <- if (inherits(pd, "pdDiag")) "diagonal" else if (inherits(pd, "pdIdent")) "identity"
                 else if (inherits(pd, "pdCompSymm")) "compound-symmetry"
@@ -104,12 +104,35 @@ random_part <- function(term, data, contrasts) {
     stop_usage("`random` does not name the groups; write, for example, random = a ~ 1 | plot, or groups = ~ plot")
   }
   for (group in term$group) if (!group %in% names(data)) stop_no_column(group, data, "`random`")
+  refuse_levels(term, data)
   names_of <- function(formulas) {
     unlist(lapply(formulas, function(formula) effects_of(as_formula(formula, "random"), data, contrasts)))
   }
   effects <- if (is.null(term$blocks)) paste(names_of(term$formulas), collapse = " + ")
              else paste0("(", vapply(term$blocks, function(block) paste(names_of(block), collapse = " + "), ""), ")", collapse = " + ")
   list(effects = effects, group = term$group, covariance = term$covariance)
+}
+
+# Equal variances of effects for all levels of a factor, as in pdIdent(a ~ sample - 1), are a grouping of its own.
+refuse_levels <- function(term, data) {
+  formulas <- if (is.null(term$blocks)) list(term$formulas) else term$blocks
+  forms <- if (is.null(term$blocks)) term$covariance else term$forms
+  factors <- vapply(formulas, level_factor, "", data = data)
+  if (all(factors == "" | forms != "identity")) return(invisible())
+  has_own <- any(vapply(formulas, function(block) identical(block[[1]][[length(block[[1]])]], 1), NA))
+  group <- group_text(term$group)
+  inner <- vapply(factors[factors != ""], name_text, "")
+  stop_formula("`random`: effects for each level of ", factors[factors != ""][1], " with one variance are those of groups within ", group, "; write random = \"",
+               deparse1(formulas[[which(factors != "")[1]]][[1]][[2]]), " | ", paste0(group, if (has_own) "/" else ":", inner, collapse = " + "), "\"")
+}
+
+# The factor of a ~ sample - 1; empty for other formulas.
+level_factor <- function(formulas, data) {
+  if (length(formulas) != 1 || length(formulas[[1]]) != 3) return("")
+  terms <- stats::terms(formulas[[1]][c(1, 3)])
+  name <- attr(terms, "term.labels")
+  is_level <- attr(terms, "intercept") == 0 && length(name) == 1 && name %in% names(data) && is_text(data[[name]])
+  if (is_level) name else ""
 }
 
 effects_of <- function(formula, data, contrasts) {
