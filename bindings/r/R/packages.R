@@ -37,7 +37,16 @@ check_singularity.silvafit <- strict(function(x, ...) {
 check_convergence.silvafit <- strict(function(x, ...) structure(isTRUE(x$fit$converged), gradient = number_or_na(x$fit$evidence$gradient)), "tolerance")
 
 #' @rdname performance-methods
-performance_aicc.silvafit <- for_others(function(x, ...) number_or_na(x$fit$aicc), list(estimator = c("ML", "REML")))
+performance_aicc.silvafit <- for_others(function(x, estimator = own_estimator(x), ...) {
+  require_own_estimator(x, estimator)
+  number_or_na(x$fit$aicc)
+})
+
+own_estimator <- function(x) if (isTRUE(x$fit$reml)) "REML" else "ML"
+
+require_own_estimator <- function(x, estimator) {
+  if (!identical(estimator, own_estimator(x))) stop_usage("the fit has the likelihood that it maximizes, ", own_estimator(x), "; refit with update(fit, method = \"", estimator, "\")")
+}
 
 #' @rdname performance-methods
 #' @param metrics names of the measures, or `"all"`
@@ -191,8 +200,9 @@ get_df.silvafit <- for_others(function(x, type = "residual", ...) {
 
 #' @rdname performance-methods
 #' @param REML,estimator the likelihood that the fit maximizes; another one stops
-get_loglikelihood.silvafit <- for_others(function(x, estimator = if (isREML.silvafit(x)) "REML" else "ML", REML = estimator == "REML", ...) {
-  if (!identical(REML, isREML.silvafit(x))) stop_usage("the fit has the likelihood that it maximizes; refit with update(fit, reml = ", REML, ")")
+get_loglikelihood.silvafit <- for_others(function(x, estimator = own_estimator(x), REML = NULL, ...) {
+  if (!is.null(REML)) estimator <- if (isTRUE(REML)) "REML" else "ML"
+  require_own_estimator(x, estimator)
   logLik(x)
 }, list(check_response = FALSE))
 
@@ -396,11 +406,11 @@ response_like <- function(values, own, object) {
 
 #' @rdname performance-methods
 #' @method refitML silvafit
-refitML.silvafit <- function(x, ...) if (isTRUE(x$fit$reml)) stats::update(x, reml = FALSE) else x
+refitML.silvafit <- strict(function(x, ...) if (isTRUE(x$fit$reml)) stats::update(x, reml = FALSE) else x)
 
 #' @rdname performance-methods
 #' @method isLMM silvafit
-isLMM.silvafit <- function(x, ...) FALSE
+isLMM.silvafit <- strict(function(x, ...) FALSE)
 
 #' @rdname performance-methods
 #' @method isGLMM silvafit
@@ -408,7 +418,7 @@ isGLMM.silvafit <- isLMM.silvafit
 
 #' @rdname performance-methods
 #' @method isNLMM silvafit
-isNLMM.silvafit <- function(x, ...) has_random(x)
+isNLMM.silvafit <- strict(function(x, ...) has_random(x))
 
 #' @rdname performance-methods
 #' @param mod a fit of [silvafit()]

@@ -115,24 +115,23 @@ random_part <- function(term, data, contrasts) {
 
 # Equal variances of effects for all levels of a factor, as in pdIdent(a ~ sample - 1), are a grouping of its own.
 refuse_levels <- function(term, data) {
-  formulas <- if (is.null(term$blocks)) list(term$formulas) else term$blocks
+  blocks <- if (is.null(term$blocks)) list(term$formulas) else term$blocks
   forms <- if (is.null(term$blocks)) term$covariance else term$forms
-  factors <- vapply(formulas, level_factor, "", data = data)
-  if (all(factors == "" | forms != "identity")) return(invisible())
-  has_own <- any(vapply(formulas, function(block) identical(block[[1]][[length(block[[1]])]], 1), NA))
-  group <- group_text(term$group)
-  inner <- vapply(factors[factors != ""], name_text, "")
-  stop_formula("`random`: effects for each level of ", factors[factors != ""][1], " with one variance are those of groups within ", group, "; write random = \"",
-               deparse1(formulas[[which(factors != "")[1]]][[1]][[2]]), " | ", paste0(group, if (has_own) "/" else ":", inner, collapse = " + "), "\"")
+  factors <- ifelse(forms == "identity", vapply(blocks, level_factor, "", data = data), "")
+  at <- which(factors != "")
+  if (length(at) == 0) return(invisible())
+  has_own <- any(vapply(blocks, function(block) identical(block[[1]][[length(block[[1]])]], 1), NA))
+  inner <- paste0(group_text(term$group), if (has_own) "/" else ":", vapply(factors[at], name_text, ""), collapse = " + ")
+  stop_formula("`random`: effects for each level of ", factors[at[1]], " with one variance are those of groups within ", group_text(term$group), "; write random = \"",
+               deparse1(blocks[[at[1]]][[1]][[2]]), " | ", inner, "\"")
 }
 
 # The factor of a ~ sample - 1; empty for other formulas.
 level_factor <- function(formulas, data) {
-  if (length(formulas) != 1 || length(formulas[[1]]) != 3) return("")
-  terms <- stats::terms(formulas[[1]][c(1, 3)])
-  name <- attr(terms, "term.labels")
-  is_level <- attr(terms, "intercept") == 0 && length(name) == 1 && name %in% names(data) && is_text(data[[name]])
-  if (is_level) name else ""
+  right <- if (length(formulas) == 1 && inherits(formulas[[1]], "formula")) setdiff(all.vars(formulas[[1]][[length(formulas[[1]])]]), ".")
+  if (length(right) != 1 || !right %in% names(data) || !is_text(data[[right]])) return("")
+  terms <- stats::terms(formulas[[1]][-2])
+  if (attr(terms, "intercept") == 0 && identical(attr(terms, "term.labels"), name_text(right))) right else ""
 }
 
 effects_of <- function(formula, data, contrasts) {
