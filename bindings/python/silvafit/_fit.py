@@ -83,7 +83,7 @@ def fit(formula: str, data: Any, *, parameters: Parameters = None, threads: int 
     >>> fit = sf.fit("h ~ 1.3 + a*(1 - exp(-b*dbh))", trees, random="a + b | plot")  # doctest: +SKIP
     """
     # What this function itself passes on.
-    for name in ("model", "columns", "factors"):
+    for name in ("model", "columns", "factors", "catalogue", "knows_units"):
         if name in settings:
             raise UsageError(f"unknown argument '{name}'", column=name)
     arguments = {"formula": formula, "parameters": parameters, "threads": threads,
