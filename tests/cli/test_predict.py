@@ -225,8 +225,12 @@ class Predictions(ProgramTest):
         mean = self.predict("--interval", "0.9", "--interval-kind", "confidence")[0]
         self.assertEqual(mean["flag"], "")
         self.assertLess(float(mean["h_lower"]), float(mean["h_upper"]))
-        self.assertEqual(self.predict("--standard-errors")[0]["flag"],
+        self.assertEqual(self.predict("--standard-errors", "--interval-kind", "prediction")[0]["flag"],
                          "no h standard error: missing species")
+        # Without limits it is that of the mean: t times it are the limits of the mean.
+        alone = self.predict("--standard-errors")[0]
+        both = self.predict("--standard-errors", "--interval", "0.9", "--interval-kind", "confidence")[0]
+        self.assertEqual((alone["flag"], alone["h_se"]), ("", both["h_se"]))
 
     def test_labels_that_the_fit_has_not_seen_are_flagged(self):
         trees = ["dbh,h,zone,species"]

@@ -2,17 +2,19 @@
 """Analyses of the libraries by their names: arguments as JSON, results as tables."""
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import json
 import os
-from typing import Any, Dict, List, Optional, Tuple, Union
+from types import MappingProxyType
+from typing import Any, Dict, Iterator, List, Mapping, Optional, Tuple, Union
 
 import numpy as np
 import pandas as pd
 
 from . import _core, _location
-from ._data import Frame, data_frame
-from ._errors import UsageError, located_in, warn, with_labels
+from ._data import Frame, data_frame, has_long_integers
+from ._errors import InputError, UsageError, located_in, warn, with_labels
 from ._listener import Listener
 
 
@@ -49,9 +51,21 @@ def _text_of(name: str, value: Any) -> str:
         raise UsageError(f"{value!r} is a value of the wrong type", column=name) from None
 
 
+@contextlib.contextmanager
+def _explaining_labels(labels: Dict[str, Any]) -> Iterator[None]:
+    """Says why a column of integers has no numbers."""
+    try:
+        yield
+    except InputError as error:
+        if has_long_integers(labels.get(error.column or "")):
+            error.message = ("has integers beyond 2**53 that are no exact numbers, so that they can only be labels; for a measure "
+                             "use astype(float)")
+        raise
+
+
 def analysis(
     name: str, data: Union[Frame, str, None] = None, *, fits: Any = (), library: Any = None, plots: Any = None,
-    listener: Optional[Listener] = None, catalogue: Any = None, **arguments: Any,
+    listener: Optional[Listener] = None, catalogue: Any = None, settings: Mapping[str, Any] = MappingProxyType({}), **arguments: Any,
 ) -> Result:
     """Run an analysis (study/analyses.hpp). Errors, notes and warnings name rows by the index of the data.
 
@@ -61,14 +75,20 @@ def analysis(
     plots : Table, path or None
     fits, library, catalogue : objects of the extension
     listener : Listener, optional
+    settings : dict
+        What a user gave under any names, which are none of the arguments of this function.
     **arguments
         None is an argument that is not given.
     """
+    twice = settings.keys() & arguments.keys()
+    if twice:
+        raise UsageError("is an argument of the function, and no setting", column=min(twice))
+    arguments.update(settings)
     table, index, labels = (data.table, data.rows, data.labels) if isinstance(data, Frame) else (data, None, {})
     if listener is not None:
         listener.index = index
     text = "{" + ", ".join(_text_of(key, value) for key, value in arguments.items() if value is not None) + "}"
-    with located_in(index):
+    with located_in(index), _explaining_labels(labels):
         found = _core.analysis(name, text, table, plots, list(fits), library, str(_location.data_directory()), catalogue, listener)
     for warning in found["warnings"]:
         warn(with_labels(warning, index))

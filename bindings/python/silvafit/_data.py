@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from typing import Any, Callable, Collection, Dict, List, Mapping, Optional, Tuple, Union
+from typing import Any, Callable, Collection, Dict, Iterable, List, Mapping, Optional, Tuple, Union
 
 import numpy as np
 import pandas as pd
 
 from . import _arrow, _core
 
-#: Integers beyond this are no exact doubles, so that such columns can only be labels.
+#: Integers beyond this may be no exact doubles; columns of such can only be labels.
 _LARGEST_EXACT = 2**53
 
 Choice = Callable[[List[str]], Collection[str]]
@@ -70,9 +70,19 @@ def text_of(value: Any) -> str:
 
 
 def _integers(values: np.ndarray) -> Tuple[Any, Any]:
-    if values.size and max(abs(int(values.min())), abs(int(values.max()))) > _LARGEST_EXACT:
+    if values.size and _needs_labels((int(values.min()), int(values.max())), values):
         return _labels(values)
     return values.astype(np.float64), int
+
+
+def _needs_labels(extremes: Iterable[int], values: Iterable[Any]) -> bool:
+    """Whether some integers are no doubles, such as 2**53 + 1."""
+    return any(abs(value) > _LARGEST_EXACT for value in extremes) and any(int(float(value)) != int(value) for value in values)
+
+
+def has_long_integers(restore: Any) -> bool:
+    """Whether a column consists of labels because its integers are no doubles."""
+    return isinstance(restore, dict) and any(isinstance(value, (int, np.integer)) and int(float(value)) != int(value) for value in restore.values())
 
 
 def _labels(values: Any) -> Tuple[Any, Any]:
@@ -90,7 +100,7 @@ def _objects(values: Any) -> Tuple[Any, Any]:
     values = np.array(values)
     values[[isinstance(value, str) and not value.strip() for value in values]] = None
     kind = pd.api.types.infer_dtype(values, skipna=True)
-    if kind == "integer" and any(abs(value) > _LARGEST_EXACT for value in values[~pd.isna(values)]):
+    if kind == "integer" and _needs_labels(values[~pd.isna(values)], values[~pd.isna(values)]):
         return _labels(values)
     if kind in ("integer", "floating", "mixed-integer-float", "decimal", "boolean"):
         numbers = pd.to_numeric(pd.Series(values).astype(object), errors="coerce")

@@ -83,7 +83,7 @@ def fit(formula: str, data: Any, *, parameters: Parameters = None, threads: int 
     >>> fit = sf.fit("h ~ 1.3 + a*(1 - exp(-b*dbh))", trees, random="a + b | plot")  # doctest: +SKIP
     """
     # What this function itself passes on.
-    for name in ("model", "columns", "factors", "catalogue"):
+    for name in ("model", "columns", "factors", "catalogue", "knows_units"):
         if name in settings:
             raise UsageError(f"unknown argument '{name}'", column=name)
     arguments = {"formula": formula, "parameters": parameters, "threads": threads,
@@ -126,9 +126,9 @@ def _fitted(arguments: Dict[str, Any], data: Any, trace: bool) -> Tuple[Any, Fra
         keywords["bounds"] = {name: [None if end is None or np.isinf(end) else end for end in ends]  # infinite ends are open
                               for name, ends in keywords.get("bounds", {}).items()}
     # A name of the formula that is no column may be a misspelt one.
-    keywords.update(columns=list(dict.fromkeys([*frame.names, *frame.table.names])), trace=trace,
-                    catalogue=_location.catalogue() if model else None)
-    fitted = analysis("fit", frame, listener=Listener(), **keywords).fits[0][1]
+    keywords.update(columns=list(dict.fromkeys([*frame.names, *frame.table.names])), trace=trace)
+    catalogue = _location.catalogue() if model else None
+    fitted = analysis("fit", frame, listener=Listener(), catalogue=catalogue, settings=keywords).fits[0][1]
     if not labels:
         return fitted, frame
     kept = [(name, column) for name, column in frame.table.columns() if name not in labels]

@@ -2,7 +2,7 @@
 """Intervals, tests, resampling, and comparisons of fits."""
 from __future__ import annotations
 
-from typing import Any, List, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 import pandas as pd
@@ -147,7 +147,7 @@ class Inference(Estimates):
         **settings
             Of the bootstrap (docs/settings.md).
         """
-        return Bootstrap(self._resampled("bootstrap", progress, replicates=replicates, resample=resample, seed=seed, threads=threads, **settings))
+        return Bootstrap(self._resampled("bootstrap", progress, settings, replicates=replicates, resample=resample, seed=seed, threads=threads))
 
     @takes("cross-validation")
     def cross_validate(self, folds: int = 10, *, seed: int = 1, threads: int = 0, progress: Optional[bool] = None, **settings: Any) -> pd.DataFrame:
@@ -167,18 +167,18 @@ class Inference(Estimates):
             data without skipped rows; ``attrs`` has the statistics (r2, mean_error, rmse, mae), the
             mean log predictive density and the folds that failed.
         """
-        found = self._resampled("cross_validate", progress, folds=folds, seed=seed, threads=threads, **settings)
+        found = self._resampled("cross_validate", progress, settings, folds=folds, seed=seed, threads=threads)
         result = found.frame("rows", self._own_frame("cross_validate()").rows[found.rows]).astype({"fold": int}).sort_index(kind="stable")
         result.attrs.update({name: found.json[name] for name in ("population", "mean_log_density", "failed")})
         if "calibrated" in result.columns:
             result.attrs["calibrated"] = found.json["calibrated"]["statistics"]
         return result
 
-    def _resampled(self, name: str, progress: Optional[bool], **settings: Any) -> Result:
+    def _resampled(self, name: str, progress: Optional[bool], settings: Dict[str, Any], **arguments: Any) -> Result:
         frame = self._own_frame(f"{name}()")
         refit = {key: self._arguments[key] for key in ("hold", "bounds", "maximum_iterations") if self._arguments.get(key) is not None}
         with Listener(progress) as listener:
-            return analysis(name, frame, fits=[self._core], listener=listener, refit=refit, **settings)
+            return analysis(name, frame, fits=[self._core], listener=listener, refit=refit, settings=settings, **arguments)
 
 
 class Bootstrap(Shown):

@@ -46,7 +46,7 @@ class Predictions(Estimates):
         coverage : float, optional
             Of the interval; default: 0.95.
         standard_errors : bool
-            Whether to add the standard error of what the interval is for.
+            Whether to add the standard error of what the interval is for; without an interval of the mean, as in R.
         new_groups : {"population", "marginal", "missing", "error"}, optional
             What a conditional or calibrated prediction is for groups of which nothing is known. Default:
             population, with a warning that names these groups.

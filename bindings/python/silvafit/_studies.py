@@ -22,6 +22,9 @@ from ._windows import window_arguments
 
 Path = Union[str, os.PathLike]
 
+#: Analyses whose setting `plots` is a table; in those of trees in 3D it has the names of plots.
+_WITH_TABLE_OF_PLOTS = ("structural_units", "stand_summary", "stand_growth", "study")
+
 
 def _index_of(frame: Optional[Frame], rows: Any) -> pd.Index:
     """Labels of the rows that a result has."""
@@ -37,10 +40,10 @@ def _run(
     if getattr(trees, "crs", None) and getattr(window, "crs", None) and trees.crs != window.crs:
         raise UsageError("trees and window have different coordinate reference systems; use window.to_crs(trees.crs)", column="window")
     settings = {**settings, **window_arguments(window)}
-    if settings.get("plots") is not None and not isinstance(settings["plots"], (str, os.PathLike)):
-        further["plots"] = frame_of(settings.pop("plots")).table
+    has_table = name in _WITH_TABLE_OF_PLOTS and not isinstance(settings.get("plots"), (str, os.PathLike, type(None)))
+    plots = frame_of(settings.pop("plots")).table if has_table else None
     with Listener(progress) as listener:
-        found = analysis(name, source, listener=listener, **further, **settings)
+        found = analysis(name, source, listener=listener, plots=plots, settings=settings, **further)
     return found, source if isinstance(source, Frame) else None, listener.notes
 
 

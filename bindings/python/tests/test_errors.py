@@ -116,7 +116,7 @@ def test_a_boundary_fit_warns_and_a_sound_one_does_not(stands):
         sf.fit(FORMULA, stands, random="a | plot")
 
 
-@pytest.mark.parametrize("name", ["model", "columns", "factors", "catalogue"])
+@pytest.mark.parametrize("name", ["model", "columns", "factors", "catalogue", "knows_units"])
 def test_what_fit_passes_on_is_no_argument(stands, name):
     with pytest.raises(sf.UsageError, match=f"unknown argument '{name}'"):
         sf.fit("h ~ a + b*dbh", stands, **{name: "M8"})

@@ -167,6 +167,10 @@ def test_intervals_of_a_line_are_those_of_the_t_distribution():
     leverage = 1 / 5 + (5.0 - x.mean()) ** 2 / np.sum((x - x.mean()) ** 2)
     t = stats.t.ppf(0.975, 3)
     new = fit.predict({"x": [5.0]}, interval="prediction", standard_errors=True)
+    mean = fit.predict({"x": [5.0]}, interval="confidence", standard_errors=True)
+    # As predict() of R, without an interval that of the mean; sigma^2 is the difference to that of an observation.
+    assert fit.predict({"x": [5.0]}, standard_errors=True)["se"].to_numpy() == mean["se"].to_numpy()
+    assert new["se"].to_numpy()**2 - mean["se"].to_numpy()**2 == pytest.approx(fit.sigma**2)
     assert list(new.columns) == ["prediction", "lower", "upper", "se"]
     center = intercept + slope * 5.0
     half = t * s * np.sqrt(1 + leverage)

@@ -264,3 +264,13 @@ def test_measurements_of_whole_millimeters_are_not_rounded(inventory):
     millimeters = (10 * inventory["dbh"]).round().astype(int)
     units = sf.structural_units(inventory.assign(dbh=millimeters), columns={"dbh": "dbh/10"})
     assert units["dbh"].to_numpy() == pytest.approx(millimeters[units.index].to_numpy() / 10, rel=1e-14)
+
+
+def test_integers_are_numbers_where_doubles_hold_them():
+    y = np.array([1.0, 2.0, 3.5, 4.0, 5.2])
+    exact = 10**17 + np.arange(5) * 10**15  # multiples of 2**15
+    slope, intercept = np.polyfit(np.arange(5.0), y, 1)
+    fit = sf.fit("y ~ a + b*(t - 1e17)/1e15", {"y": y, "t": exact})
+    assert fit.fixed_effects.to_numpy() == pytest.approx([intercept, slope])
+    with pytest.raises(sf.InputError, match="beyond 2.*astype"):
+        sf.fit("y ~ a + b*t", {"y": y, "t": exact + 1})

@@ -213,6 +213,38 @@ def test_trees_and_pages(small, tmp_path):
     assert (tmp_path / "view.html").read_text() == page.html
     scene = sf.view(tmp_path / "stand.glb")
     assert scene.summary["trees"] == 3
+    with pytest.raises(sf.UsageError, match="no effect on a GLB scene"):
+        sf.view(tmp_path / "stand.glb", models=3)
+
+
+def test_plots_of_trees_in_3d_are_names(tmp_path):
+    trees = {"plot": [1, 1, 2], "tree": [1, 2, 1], "species": ["SM"] * 3, "x": [0.0, 4.0, 20.0], "y": [0.0, 1.0, 0.0],
+             "dbh": [18.0, 24.0, 20.0], "h": [14.0, 17.0, 15.0], "hcb": [5.0, 7.0, 6.0], "cw": [3.0, 4.0, 3.5]}
+    for plots, count in (([1], 2), ("2", 1), (["1", "2"], 3)):
+        assert len(sf.grow(trees, tmp_path / "stand.glb", lod=3, plots=plots)["trees"]) == count
+        assert sf.view(trees, lod=[3], plots=plots).summary["trees"] == count
+    with pytest.raises(sf.Error, match="9"):
+        sf.grow(trees, tmp_path / "stand.glb", plots="9")
+    for name in ("seconds", "models"):
+        with pytest.raises(sf.UsageError, match="has no effect without"):
+            sf.grow(trees, tmp_path / "stand.glb", **{name: 3})
+
+
+@pytest.mark.parametrize("name", ["fits", "library", "plots", "catalogue", "listener", "name", "settings", "data"])
+def test_no_argument_is_swallowed(name, tmp_path):
+    """Names of arguments within the package are no arguments of its functions."""
+    x = np.arange(20.0)
+    data = {"y": 2.0 + x + np.sin(x), "x": x}
+    fit = sf.fit("y ~ a + b*x", data)
+    calls = [lambda: fit.bootstrap(5, **{name: 1}), lambda: fit.cross_validate(2, **{name: 1})]
+    if name != "data":
+        calls.append(lambda: sf.fit("y ~ a + b*x", data, **{name: 1}))
+    if name != "plots":
+        calls.append(lambda: sf.grow({"plot": [1]}, tmp_path / "a.glb", **{name: 1}))
+        calls.append(lambda: sf.stand_summary({"plot": [1]}, **{name: 1}))
+    for call in calls:
+        with pytest.raises(sf.UsageError, match="unknown argument"):
+            call()
 
 
 def test_the_catalogue():

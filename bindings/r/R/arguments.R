@@ -74,6 +74,29 @@ strict <- function(method, also = character(), instead = character()) {
   method
 }
 
+# A method for generics of packages that pass arguments of other models to all methods. Values that change nothing are ignored, others are refused.
+#
+# \param neutral  by name: values that change nothing; NULL: any
+for_others <- function(method, neutral = list()) {
+  body(method) <- bquote({
+    no_further(with_effect(list(...), .(neutral)))
+    .(body(method))
+  })
+  method
+}
+
+# Arguments without those that change nothing.
+with_effect <- function(given, neutral = list()) {
+  neutral <- c(neutral, list(verbose = c(TRUE, FALSE), component = c("all", "conditional"), effects = "fixed", robust = FALSE))
+  is_neutral <- function(name, value) name != "" && (is.null(value) || (name %in% names(neutral) && (is.null(neutral[[name]]) || (is.atomic(value) && all(value %in% neutral[[name]])))))
+  given[!as.logical(mapply(is_neutral, if (is.null(names(given))) rep("", length(given)) else names(given), given))]
+}
+
+one_of <- function(value, choices, name) {
+  if (!is.character(value) || length(value) != 1 || !value %in% choices) stop_usage("`", name, "` has to be ", paste0("\"", choices, "\"", collapse = ", "))
+  value
+}
+
 # Stops if the caller got arguments in its `...`. The suggestion is the nearest name, or the argument that accepts the value.
 #
 # \param given     list(...) of the caller

@@ -11,7 +11,8 @@
 #' @param conf.method `"wald"`, `"profile"` or `"boot"`, as in [confint.silvafit()]
 #' @param conf.int add Wald confidence intervals
 #' @param conf.level confidence level
-#' @param data,newdata data to augment; the data of the fit by default
+#' @param data the data of the fit, with further columns; others are an error
+#' @param newdata data to predict
 #' @param ... not used; for `augment()` arguments of [predict.silvafit()]
 #' @return Data frames (tibbles if \pkg{tibble} is installed) as of other models.
 #' @name broom-methods
@@ -101,10 +102,21 @@ augment.silvafit <- function(x, data = NULL, newdata = NULL, ...) {
   frame <- x$frame
   if (!is.null(data)) {
     if (nrow(data) != nrow(x$frame)) stop_usage("`data` has ", nrow(data), " rows, but the fit uses ", nrow(x$frame), "; omit `data`")
+    require_data_of_fit(x, data)
     frame <- data
   }
   as_tibble_if_there(cbind(frame, data.frame(.fitted = fitted_at(x, "conditional"), .resid = response_values(x) - fitted_at(x, "conditional"),
                                              .std.resid = (response_values(x) - fitted_at(x, "conditional")) / x$residual_sd, .fixed = fitted_at(x, "population"))))
+}
+
+# Fitted values belong to the rows of the fit, in their order.
+require_data_of_fit <- function(x, data) {
+  for (name in names(x$frame)) {
+    is_response <- name == names(x$frame)[1] && !is.name(x$formula[[2]])
+    if (is_response || (name %in% names(data) && has_values(x$frame[[name]], data[[name]]))) next
+    stop_usage("`data` ", if (name %in% names(data)) "has other values of" else "lacks the column", " '", name, "', ", if (name %in% names(data)) "or in another order, than the fit; " else "which the fit reads; ",
+               "omit `data` for the rows of the fit, or use newdata for predictions")
+  }
 }
 
 #' @rdname broom-methods

@@ -79,6 +79,12 @@ in_unit <- function(values, unit, what) {
 # Units of columns of trees and plots that may have another one.
 tree_units <- c(dbh = "cm", x = "m", y = "m", z = "m", h = "m", hcb = "m", cw = "m", area = "m2", radius = "m")
 
+# Whether sizes of trees have declared units that are not those of inventories.
+has_other_units <- function(data) {
+  given <- units_of(data)
+  any(given != tree_units[tolower(names(given))], na.rm = TRUE)
+}
+
 in_units_of_trees <- function(data) {
   given <- units_of(data)
   for (name in names(given)) {

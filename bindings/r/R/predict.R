@@ -11,7 +11,7 @@
 #'   imply for their group. `"marginal"`: mean over all groups. The numbers of nlme are accepted: 0 is the population.
 #' @param interval `"none"`, `"prediction"` (for the value of a new observation) or `"confidence"` (for the mean of such observations)
 #' @param coverage coverage of the intervals
-#' @param se.fit add standard errors: of the mean, or for `interval = "prediction"` of a new observation
+#' @param se.fit add standard errors: of the mean, as [predict()] of other models has them, or with `interval = "prediction"` of a new observation
 #' @param new_groups prediction for groups that were not in the fit (level `"conditional"`), or without a measured
 #'   row (`"calibrated"`): `"population"`, `"marginal"`, `"missing"` (NA) or `"error"`. Without this argument it is
 #'   `"population"`, and a message names the groups that are not in the fit
@@ -43,6 +43,7 @@ predict.silvafit <- function(object, newdata, level = "conditional", interval = 
     new_groups <- if (list(...)$allow.new.levels) "population" else "error"
   }
   says_new <- missing(new_groups)
+  is_plain <- says_new && missing(seen_groups)
   interval <- match.arg(interval)
   check_flag(se.fit, "se.fit")
   action <- name_of_action(na.action, c("na.pass", "na.exclude", "na.omit", "na.fail"))
@@ -56,7 +57,7 @@ predict.silvafit <- function(object, newdata, level = "conditional", interval = 
   }
   level <- level_word(object, level)
   if (is_own) {
-    if (interval == "none" && !se.fit && level %in% c("population", "conditional")) return(fitted(object, level))
+    if (interval == "none" && !se.fit && is_plain && level %in% c("population", "conditional")) return(fitted(object, level))
     needs_data(object, "a prediction without `newdata`")
     newdata <- object$frame
   }
@@ -182,17 +183,17 @@ prediction_data <- function(object, newdata, level) {
 }
 
 # Numbers in the units of the data of the fit.
-in_units_of_fit <- function(newdata, object) {
+in_units_of_fit <- function(newdata, object, argument = "newdata") {
   given <- units_of(newdata)
   wanted <- object$units[intersect(names(object$units), intersect(names(newdata), names(object$frame)))]
   unknown <- setdiff(intersect(names(given), if (is.null(object$frame)) names(given) else names(object$frame)), names(wanted))
   if (length(unknown) > 0) {
-    stop_input("`newdata`: column '", unknown[1], "' has the unit ", given[[unknown[1]]], ", but the data of the fit have no unit; use units::drop_units()", column = unknown[1])
+    stop_input("`", argument, "`: column '", unknown[1], "' has the unit ", given[[unknown[1]]], ", but the data of the fit have no unit; use units::drop_units()", column = unknown[1])
   }
-  for (name in intersect(names(wanted), names(given))) newdata[[name]] <- in_unit(newdata[[name]], wanted[[name]], paste0("`newdata`: column '", name, "'"))
+  for (name in intersect(names(wanted), names(given))) newdata[[name]] <- in_unit(newdata[[name]], wanted[[name]], paste0("`", argument, "`: column '", name, "'"))
   # The data of the fit are plain numbers.
   bare <- setdiff(names(wanted), names(given))
-  if (length(bare) > 0 && !identical(newdata, object$frame)) tell(paste0("`newdata`: ", paste(bare, "in", wanted[bare], collapse = ", "), ", as in the data of the fit"))
+  if (length(bare) > 0 && !identical(newdata, object$frame)) tell(paste0("`", argument, "`: ", paste(bare, "in", wanted[bare], collapse = ", "), ", as in the data of the fit"))
   newdata
 }
 

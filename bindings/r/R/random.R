@@ -86,7 +86,7 @@ formula_term <- function(formula, groups) {
 pd_term <- function(pd, groups) {
   if (inherits(pd, "pdBlocked")) {
     blocks <- lapply(pd, function(block) pd_term(block, groups))
-    return(list(blocks = lapply(blocks, `[[`, "formulas"), group = groups, covariance = ""))
+    return(list(blocks = lapply(blocks, `[[`, "formulas"), group = groups, covariance = "", forms = vapply(blocks, `[[`, "", "covariance")))
   }
   covariance <- if (inherits(pd, "pdDiag")) "diagonal" else if (inherits(pd, "pdIdent")) "identity"
                 else if (inherits(pd, "pdCompSymm")) "compound-symmetry"
@@ -104,12 +104,34 @@ random_part <- function(term, data, contrasts) {
     stop_usage("`random` does not name the groups; write, for example, random = a ~ 1 | plot, or groups = ~ plot")
   }
   for (group in term$group) if (!group %in% names(data)) stop_no_column(group, data, "`random`")
+  refuse_levels(term, data)
   names_of <- function(formulas) {
     unlist(lapply(formulas, function(formula) effects_of(as_formula(formula, "random"), data, contrasts)))
   }
   effects <- if (is.null(term$blocks)) paste(names_of(term$formulas), collapse = " + ")
              else paste0("(", vapply(term$blocks, function(block) paste(names_of(block), collapse = " + "), ""), ")", collapse = " + ")
   list(effects = effects, group = term$group, covariance = term$covariance)
+}
+
+# Equal variances of effects for all levels of a factor, as in pdIdent(a ~ sample - 1), are a grouping of its own.
+refuse_levels <- function(term, data) {
+  blocks <- if (is.null(term$blocks)) list(term$formulas) else term$blocks
+  forms <- if (is.null(term$blocks)) term$covariance else term$forms
+  factors <- ifelse(forms == "identity", vapply(blocks, level_factor, "", data = data), "")
+  at <- which(factors != "")
+  if (length(at) == 0) return(invisible())
+  has_own <- any(vapply(blocks, function(block) identical(block[[1]][[length(block[[1]])]], 1), NA))
+  inner <- paste0(group_text(term$group), if (has_own) "/" else ":", vapply(factors[at], name_text, ""), collapse = " + ")
+  stop_formula("`random`: effects for each level of ", factors[at[1]], " with one variance are those of groups within ", group_text(term$group), "; write random = \"",
+               deparse1(blocks[[at[1]]][[1]][[2]]), " | ", inner, "\"")
+}
+
+# The factor of a ~ sample - 1; empty for other formulas.
+level_factor <- function(formulas, data) {
+  right <- if (length(formulas) == 1 && inherits(formulas[[1]], "formula")) setdiff(all.vars(formulas[[1]][[length(formulas[[1]])]]), ".")
+  if (length(right) != 1 || !right %in% names(data) || !is_text(data[[right]])) return("")
+  terms <- stats::terms(formulas[[1]][-2])
+  if (attr(terms, "intercept") == 0 && identical(attr(terms, "term.labels"), name_text(right))) right else ""
 }
 
 effects_of <- function(formula, data, contrasts) {

@@ -118,7 +118,6 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   check_groups(own_groups, model$texts$random)
   if (inherits(means, "formula")) means <- all.vars(means)
   check_means(means, parameters, data)
-  if (is.null(method) && isTRUE(reml) && model$texts$random == "" && model$texts$variance == "" && model$texts$correlation == "" && !has_bar_summand(formula[[3]])) method <- "gnls"
   options <- list(method = method, reml = reml, start = engine_names(start, model, "start"), hold = engine_names(hold, model, "hold"),
                   bounds = bounds_of(engine_names(lower, model, "lower"), engine_names(upper, model, "upper")), starts = starts,
                   agq_points = agq_points, maximum_iterations = max_iterations, threads = threads, trace = trace)
@@ -129,7 +128,7 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   # Units are compared between plots and species.
   others <- if (all(c("dbh", "h") %in% names(columns))) Filter(is.atomic, rows_of(data, rows)[setdiff(intersect(c("plot", "species"), names(data)), names(columns))])
   columns <- c(columns, lapply(others, as.character))
-  result <- analysis("fit", plain_columns(columns, names(columns)), c(model$texts, list(model = id, derive = derived_texts(derive, model), means = means), options), folder = if (is.null(id)) "" else data_folder())
+  result <- analysis("fit", plain_columns(columns, names(columns)), c(model$texts, list(model = id, derive = derived_texts(derive, model), means = means, knows_units = has_other_units(given)), options), folder = if (is.null(id)) "" else data_folder())
   tell_notes(result$notes)
   object <- new_fit(result, model, call, options, na.action = omit)
   # What update() and getData() need: the values of the call, and the data with all columns.

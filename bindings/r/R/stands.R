@@ -365,7 +365,7 @@ predict.silvafit_library <- function(object, newdata, level = "population", inte
   interval <- match.arg(interval)
   has_interval <- interval != "none"
   if (!missing(coverage) && !has_interval) stop_usage("`coverage` is that of intervals; give `interval`, too")
-  own <- list(interval = if (has_interval) interval else "prediction", coverage = if (has_interval) coverage, standard_errors = se.fit)
+  own <- list(interval = if (has_interval) interval, coverage = if (has_interval) coverage, standard_errors = se.fit)
   result <- analysis_of_call("predict_library", newdata, c("reading", "predictions", "equations"), own, c(conf.level = "use coverage"), object$handle)
   if (is.character(newdata)) return(rows_of_file(result))
   predicted <- as.data.frame(result$tables$columns, check.names = FALSE)

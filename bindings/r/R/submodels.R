@@ -63,7 +63,7 @@ sub_model_columns <- function(formula, data, contrasts = NULL, what = "a sub-mod
   }
   matrix <- attr(terms, "factors")
   offsets <- attr(terms, "offset")
-  if (attr(terms, "intercept") == 0) matrix <- with_first_factor_whole(matrix, variables, data, environment(formula))
+  if (attr(terms, "intercept") == 0 && length(matrix) > 0) matrix <- with_first_factor_whole(matrix, variables, data, environment(formula))
   texts <- character()
   labels <- character()
   factors <- character()

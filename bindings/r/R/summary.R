@@ -79,7 +79,7 @@ summary.silvafit <- strict(function(object, ...) {
   table <- fixed_table(object)
   covariance <- vcov(object)
   deviation <- sqrt(diag(covariance))
-  structure(list(object = object, tTable = table, coefficients = table, corFixed = covariance / outer(deviation, deviation), VarCorr = variance_components(object),
+  structure(list(object = object, tTable = table, coefficients = table, corFixed = covariance / outer(deviation, deviation), VarCorr = if (has_random(object)) variance_components(object),
                  AIC = number_or_na(object$fit$aic), BIC = stats::BIC(object), logLik = logLik(object), sigma = sigma(object),
                  residuals = if (!is.null(object$frame)) stats::quantile(residuals(object, type = "pearson"), na.rm = TRUE),
                  r2 = c(marginal = number_or_na(object$fit$r2_marginal), conditional = number_or_na(object$fit$r2_conditional))),

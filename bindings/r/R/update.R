@@ -111,7 +111,9 @@ drop1.silvafit <- strict(function(object, scope = NULL, scale = 0, test = c("Chi
   }))
   names <- paste0(droppable, ":", names(droppable))
   if (length(droppable) == 0) stop_usage("no parameter has a sub-model with a term to drop")
-  if (!is.null(scope) && length(setdiff(scope, names)) > 0) stop_usage("`scope`: unknown term '", setdiff(scope, names)[1], "'; available: ", paste(names, collapse = ", "))
+  if (!is.null(scope) && length(setdiff(scope, names)) > 0) {
+    stop_usage("`scope`: unknown term '", setdiff(scope, names)[1], "'; available: ", paste(names, collapse = ", "), "; step() does not know sub-models: drop terms by update(fit, parameters = ...)")
+  }
   chosen <- if (is.null(scope)) seq_along(names) else match(scope, names)
   smaller <- lapply(chosen, function(i) {
     if (trace) cat("without", names[i], "\n")
@@ -129,3 +131,9 @@ drop1.silvafit <- strict(function(object, scope = NULL, scale = 0, test = c("Chi
   }
   structure(table, heading = c("Single term deletions", "\nModel:", deparse1(object$formula), ""), class = c("anova", "data.frame"))
 })
+
+#' @rdname drop1.silvafit
+#' @details `add1()` stops: a term belongs to a parameter, which a formula of the whole model does not name.
+add1.silvafit <- function(object, scope, ...) {
+  stop_usage("add1() does not know to which parameter a term belongs; compare with fits of larger sub-models, such as anova(fit, update(fit, parameters = a ~ species))")
+}

@@ -35,6 +35,13 @@
 namespace silvafit::fit {
 namespace {
 
+/// Restricted likelihood without random effects is that of gnls.
+Method method_of(const ModelSpecification& specification, const FitModelOptions& options) {
+  if (options.method) return *options.method;
+  const Method method = default_method(specification);
+  return options.reml && method == Method::kOrdinary ? Method::kGeneralized : method;
+}
+
 void check_method(const ModelSpecification& specification, Method method, bool reml) {
   if (!specification.random.empty() && !is_mixed(method)) {
     throw UsageError(fmt::format("the method {} does not fit random effects; use lb or laplace",
@@ -557,7 +564,7 @@ FitResult fit_model(const ModelSpecification& specification,
                     const data::Table& table,
                     const FitModelOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
-  const Method method = options.method.value_or(default_method(specification));
+  const Method method = method_of(specification, options);
   check_method(specification, method, options.reml);
   check_start(specification, options.start);
   FitResult result = fit_by(specification, table, options, method);

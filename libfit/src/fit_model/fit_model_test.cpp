@@ -140,6 +140,11 @@ TEST_CASE("the method has to suit the model") {
   CHECK(default_method(specification) == Method::kOrdinary);
   CHECK_THROWS_WITH(fit_model(specification, table, {.method = Method::kLindstromBates}),
                     Contains("needs random effects"));
+  // Of a line, REML is sigma^2 = RSS/(N - 2), as least squares have it.
+  const FittedModel restricted = fit_model(specification, table, {.reml = true}).fit;
+  CHECK(restricted.method == Method::kGeneralized);
+  CHECK(restricted.reml);
+  CHECK(restricted.sigma == Approx(fit_model(specification, table).fit.sigma).epsilon(1e-9));
   specification.variance = parse_variance_function("power");
   CHECK(default_method(specification) == Method::kGeneralized);
   CHECK_THROWS_AS(fit_model(specification, table, {.method = Method::kOrdinary}), UsageError);

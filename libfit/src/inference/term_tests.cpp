@@ -22,13 +22,19 @@ namespace {
 
 using Eigen::Index;
 
-/// A factor of a product as it is written, or its column if it is the comparison with a level.
+/// A factor of a product as it is written, or its column if it compares only this with levels: one
+/// level, or a column of a contrast matrix, which is a sum of them.
 std::string without_level(std::string_view variable, const std::vector<std::string>& factors) {
-  const std::vector<std::string> names = data::Expression::parse(variable).variables();
-  data::TextMatch match;
-  const bool is_level = names.size() == 1 && data::is_text_match(names[0], match) &&
-                        std::ranges::find(factors, match.column) != factors.end();
-  return is_level ? match.column : std::string(variable);
+  std::string column;
+  for (const std::string& name : data::Expression::parse(variable).variables()) {
+    data::TextMatch match;
+    const bool is_level = data::is_text_match(name, match) &&
+                          std::ranges::find(factors, match.column) != factors.end() &&
+                          (column.empty() || match.column == column);
+    if (!is_level) return std::string(variable);
+    column = match.column;
+  }
+  return column.empty() ? std::string(variable) : column;
 }
 
 /// The term of each coefficient.

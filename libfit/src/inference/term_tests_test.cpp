@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "silvafit/fit/model_texts.hpp"
+
 using namespace silvafit;
 using namespace silvafit::fit;
 
@@ -49,6 +51,25 @@ TEST_CASE("the test of a factor is the F test of analysis of variance") {
   CHECK(tests[1].denominator_df == 27.0);
   CHECK(tests[1].f == Approx(4.846088).epsilon(1e-7));
   CHECK(tests[1].p == Approx(0.01590996).epsilon(1e-6));
+}
+
+TEST_CASE("the columns of a contrast matrix are one term") {
+  // Polynomial contrasts of R, contr.poly(3): the F test of a factor is that of any contrasts, as
+  // above, and linear and quadratic parts are no terms of the formula.
+  const data::Table table = plants();
+  ModelTexts texts{.formula = "weight ~ a + b*row"};
+  texts.factors = {"group"};
+  texts.sub_models = {
+      "a ~ 1 + I(-0.7071067811865475*(group == \"ctrl\") + 0.7071067811865475*(group == \"trt2\"))"
+      " + I(0.408248290463863*(group == \"ctrl\") - 0.816496580927726*(group == \"trt1\")"
+      " + 0.408248290463863*(group == \"trt2\"))"};
+  const FittedModel fit =
+      fit_model(specify_model(texts, table), table, {.fixed = {{"b", 0.0}}}).fit;
+  const std::vector<TermTest> tests = term_tests(fit);
+  REQUIRE(tests.size() == 2);
+  CHECK(tests[1].term == "a:group");
+  CHECK(tests[1].numerator_df == 2);
+  CHECK(tests[1].f == Approx(4.846088).epsilon(1e-7));
 }
 
 TEST_CASE("terms keep their comparisons and products") {

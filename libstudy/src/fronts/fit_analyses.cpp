@@ -82,6 +82,7 @@ struct FitRequest {
   std::string model{};  ///< id in the catalogue, instead of a formula
   fit::FitModelOptions options{};
   bool is_traced = false;
+  bool knows_units = false;  ///< sizes of trees have the units that the user has declared
 };
 
 /// What is wrong with the units of a table of trees, as files are checked; none if that is nothing.
@@ -95,8 +96,11 @@ std::vector<std::string> warnings_on_units(const Table& table) try {
 }
 
 /// What is wrong with the units of a table of trees, and with labels of a model.
-std::vector<std::string> warnings_on(const Table& table, const fit::ModelSpecification& model) {
-  std::vector<std::string> warnings = warnings_on_units(table);
+std::vector<std::string> warnings_on(const Table& table,
+                                     const fit::ModelSpecification& model,
+                                     bool knows_units) {
+  std::vector<std::string> warnings;
+  if (!knows_units) warnings = warnings_on_units(table);
   for (const std::string& name : model.label_columns()) {
     if (!table.has(name) || table.is_numeric(name)) continue;
     std::string text = stand::describe_similar_labels(table.text(name), name);
@@ -125,7 +129,7 @@ AnalysisResult result_of(FitRequest request,
   AnalysisResult result{.tables = {{"rows", fitted_rows(found)}},
                         .rows = found.rows,
                         .json = json_text(ordered_json{{"cpu_seconds", seconds}}),
-                        .warnings = warnings_on(table, found.fit.specification)};
+                        .warnings = warnings_on(table, found.fit.specification, request.knows_units)};
   std::ranges::sort(result.rows);
   result.fits.emplace_back("", std::move(found.fit));
   return result;
@@ -267,7 +271,8 @@ AnalysisWork fit_work(AnalysisCall& call) {
   FitRequest request{.texts = call.read<fit::ModelTexts>(),
                      .model = call.text("model"),
                      .options = call.read_with_threads<fit::FitModelOptions>(),
-                     .is_traced = call.truth("trace")};
+                     .is_traced = call.truth("trace"),
+                     .knows_units = call.truth("knows_units")};
   call.read_names("columns", request.texts.columns);
   call.read_names("factors", request.texts.factors);
   const auto catalogue = request.model.empty() ? nullptr : call.catalogue();

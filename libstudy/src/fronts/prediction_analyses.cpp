@@ -209,7 +209,7 @@ AnalysisWork predict_work(AnalysisCall& call) {
       result.warnings.push_back(note_on_new_levels(levels, rows));
     }
     std::erase(result.warnings, "");
-    result.tables.emplace_back("rows", table_of_prediction(found, settings.interval_kind));
+    result.tables.emplace_back("rows", table_of_prediction(found, settings.kind_of_errors()));
     return result;
   };
 }

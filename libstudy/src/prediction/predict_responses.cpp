@@ -118,12 +118,11 @@ class Predictor {
 
   std::vector<double> missing() const { return std::vector<double>(table_.rows(), data::kMissing); }
   bool is_calibrated() const { return settings_.level == fit::Level::kCalibrated; }
-  bool wants_errors() const { return settings_.interval > 0.0 || settings_.standard_errors; }
 
   PredictedResponse empty_response(const std::string& response) const {
     PredictedResponse result{.response = response, .value = missing()};
     if (settings_.interval > 0.0) result.lower = result.upper = missing();
-    if (wants_errors()) result.standard_error = missing();
+    if (settings_.wants_errors()) result.standard_error = missing();
     if (is_calibrated()) result.trees = missing();
     return result;
   }
@@ -133,7 +132,7 @@ class Predictor {
                                                       const std::vector<std::size_t>& rows) {
     std::vector<fit::UncertainColumn> result;
     for (const std::string& column : fit.specification.predictors()) {
-      if (!filled_.contains(column) || !wants_errors()) continue;
+      if (!filled_.contains(column) || !settings_.wants_errors()) continue;
       const Errors& errors = errors_.at(column);
       fit::UncertainColumn added{.name = column};
       added.mean_variance.resize(static_cast<Eigen::Index>(rows.size()));
@@ -195,7 +194,7 @@ class Predictor {
     flag_columns(fit, part, rows);
     flag_levels(fit, part, rows);
     fit::PredictionOptions how = prediction_options(settings_);
-    how.standard_errors = wants_errors();
+    how.standard_errors = settings_.wants_errors();
     how.uncertain = uncertain_columns(fit, rows);
     const fit::Prediction prediction = fit::predict(fit, part, settings_.level, how);
     marginal_difference_ = std::max(marginal_difference_, prediction.marginal_difference);
@@ -242,7 +241,7 @@ class Predictor {
              const std::vector<std::size_t>& rows,
              const fit::Prediction& prediction,
              PredictedResponse& result) {
-    const bool is_mean = settings_.interval_kind == fit::IntervalKind::kConfidence;
+    const bool is_mean = settings_.kind_of_errors() == fit::IntervalKind::kConfidence;
     const bool is_spread_unknown = settings_.level == fit::Level::kMarginal &&
                                    fit.has_random_effects() &&
                                    !fit.random.back().covariance.allFinite();
@@ -263,7 +262,7 @@ class Predictor {
       }
       if (!std::isfinite(value)) continue;
       result.value[row] = value;
-      if (wants_errors()) {
+      if (settings_.wants_errors()) {
         errors.mean[row] = prediction.mean_error[at];
         errors.tree[row] = prediction.prediction_error[at];
         result.standard_error[row] = is_mean ? errors.mean[row] : errors.tree[row];
@@ -286,7 +285,8 @@ class Predictor {
   void flag_spread(const fit::FittedModel& fit,
                    const std::vector<std::size_t>& rows,
                    const fit::Prediction& prediction) {
-    if (!wants_errors() || settings_.interval_kind == fit::IntervalKind::kConfidence) return;
+    if (!settings_.wants_errors() || settings_.kind_of_errors() == fit::IntervalKind::kConfidence)
+      return;
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const bool has_value = std::isfinite(prediction.value[static_cast<Eigen::Index>(i)]);
       if (!has_value || prediction.residual_gap[i].empty()) continue;
@@ -403,7 +403,7 @@ class Predictor {
 fit::PredictionOptions prediction_options(const PredictionSettings& settings) {
   fit::PredictionOptions options{.new_groups = settings.new_groups,
                                  .seen_groups = settings.seen_groups,
-                                 .interval_kind = settings.interval_kind,
+                                 .interval_kind = settings.kind_of_errors(),
                                  .standard_errors = settings.standard_errors,
                                  .threads = settings.threads};
   if (settings.interval != 0.0) options.interval = settings.interval;

@@ -15,7 +15,7 @@ bool is_none(const std::string& text) { return text.empty() || text == "none"; }
 fit::Method method_of(const fit::ModelTexts& texts, const fit::FitModelOptions& options) {
   if (options.method) return *options.method;
   if (!texts.random.empty()) return fit::Method::kLindstromBates;
-  const bool is_plain = is_none(texts.variance) && is_none(texts.correlation);
+  const bool is_plain = is_none(texts.variance) && is_none(texts.correlation) && !options.reml;
   return is_plain ? fit::Method::kOrdinary : fit::Method::kGeneralized;
 }
 

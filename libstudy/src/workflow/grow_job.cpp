@@ -13,6 +13,8 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/fingerprint.hpp"
 #include "silvafit/base/words.hpp"
+#include "silvafit/study/grow_setting_list.hpp"
+#include "silvafit/study/idle_settings.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -172,6 +174,7 @@ GrowJob grow_job(const GrowSettings& settings,
     throw UsageError(
         "`scene` writes all trees to one file, `out` writes one file per tree; use one of the two");
   }
+  refuse_idle_settings(settings);
   check_folder(job);
   check_sharing(job);
   check_unfitted(job);

@@ -366,7 +366,9 @@ ordered_json json_of(const PredictionSummary& summary, const std::string& out) {
           {"silvafit", SILVAFIT_VERSION},
           {"level", words["level"]},
           {"interval", has_interval ? ordered_json(settings.interval) : ordered_json(nullptr)},
-          {"interval_kind", has_interval ? words["interval"] : ordered_json(nullptr)},
+          {"interval_kind",
+           settings.wants_errors() ? ordered_json(word_of(settings.kind_of_errors()))
+                                   : ordered_json(nullptr)},
           {"out", text_or_null(out)},
           {"n", summary.trees},
           {"predicted", std::move(predicted)},

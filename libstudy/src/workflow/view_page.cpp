@@ -12,8 +12,11 @@
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/paths.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
 #include "silvafit/study/grow.hpp"
+#include "silvafit/study/idle_settings.hpp"
 #include "silvafit/study/report_page.hpp"
+#include "silvafit/study/setting_list.hpp"
 #include "silvafit/study/tree_table.hpp"
 #include "silvafit/tree/scene_reader.hpp"
 #include "workflow/flow.hpp"
@@ -27,6 +30,21 @@ namespace fs = std::filesystem;
 bool is_called_table(const fs::path& file) {
   const std::string ending = file.extension().string();
   return ending.empty() || ending == ".csv" || ending == ".CSV" || ending == ".txt";
+}
+
+/// A GLB scene is shown unchanged; what chooses its trees needs a table of them.
+void refuse_idle_on_scene(const ViewPageSettings& settings) {
+  IdleReasons idle;
+  for (const char* const looks : {"models", "lod", "textures", "season"}) {
+    idle[looks] = "on a GLB scene, which is shown unchanged; use it in grow";
+  }
+  const char* const without_table = "on a GLB scene without a table of its trees";
+  if (!settings.trees) {
+    idle["plots"] = idle["mark"] = without_table;
+    each_setting(settings.reading, [&](const auto& setting) { idle[setting.key] = without_table; });
+  }
+  refuse_idle_settings(settings.view, {}, idle);
+  refuse_idle_settings(settings.reading, {}, idle);
 }
 
 /// Determines the kind of a source, and reads it.
@@ -93,6 +111,7 @@ class ViewSource {
   }
 
   View view_of_glb(const fs::path& file) {
+    refuse_idle_on_scene(settings_);
     std::optional<data::Table> table;
     if (settings_.trees) table = read_trees(*settings_.trees);
     try {

@@ -25,7 +25,34 @@ refused(line(groups = ~ Subject))
 refused(line(random = a ~ 1, groups = age ~ Subject))
 refused(line(random = a ~ 1 | Subject, groups = ~ Sex))
 refused(predict(by_child, coverage = 0.9))
+refused(predict(by_child, seen_groups = "new"))
+refused(predict(by_child, level = "population", new_groups = "error"))
+refused(grow_trees(children, tempfile(fileext = ".glb"), seconds = 2))
+refused(grow_trees(children, tempfile(fileext = ".glb"), models = 3))
+refused(add1(by_child, ~ . + age))
+refused(line(parameters = a ~ 0))
+expect_null(summary(line())$VarCorr)
 expect_equal(quietly(logLik(line(random = a ~ 1, groups = ~ Subject))), logLik(line(random = a ~ 1 | Subject)))
+
+# One variance for all levels of a factor is a grouping, and the message is the call: nlme's fit has the same likelihood.
+assay <- as.data.frame(nlme::Assay)
+blocks <- nlme::pdBlocked(list(nlme::pdIdent(A ~ 1), nlme::pdIdent(A ~ sample - 1), nlme::pdIdent(A ~ dilut - 1)))
+remedy <- message_of_error(silvafit(logDens ~ A, assay, parameters = A ~ sample * dilut, random = list(Block = blocks)))
+expect_true(nchar(remedy) < 250)
+ours <- silvafit(logDens ~ A, assay, parameters = A ~ sample * dilut, random = sub(".*random = \"(.*)\"", "\\1", remedy))
+theirs <- nlme::lme(logDens ~ sample * dilut, nlme::Assay, method = "ML",
+                    random = nlme::pdBlocked(list(nlme::pdIdent(~ 1), nlme::pdIdent(~ sample - 1), nlme::pdIdent(~ dilut - 1))))
+expect_equal(as.numeric(logLik(ours)), as.numeric(logLik(theirs)), tolerance = 1e-7)
+
+# Terms are those of the formula, whatever the contrasts are
+if (requireNamespace("lme4", quietly = TRUE)) {
+  cake <- transform(lme4::cake, tray = recipe:replicate)
+  by_terms <- anova(silvafit(angle ~ a, cake, parameters = a ~ recipe * temperature, random = a ~ 1 | tray))
+  expected <- anova(nlme::lme(angle ~ recipe * temperature, cake, random = ~ 1 | tray, method = "ML"))
+  expect_equal(row.names(by_terms), c("a", "a:recipe", "a:temperature", "a:recipe:temperature"))
+  expect_equal(by_terms$numDF, expected$numDF)
+  expect_equal(by_terms$`F-value`, expected$`F-value`, tolerance = 1e-5)
+}
 
 # Groups of a correlation, as in nlme
 ovaries <- as.data.frame(nlme::Ovary)

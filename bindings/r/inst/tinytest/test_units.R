@@ -33,6 +33,7 @@ if (requireNamespace("sf", quietly = TRUE)) {
   }
 } else skipped("sf is not installed")
 
+lme4_refit <- silvafit:::refit.silvafit
 if (requireNamespace("units", quietly = TRUE)) {
   as_unit <- function(values, from, to) units::set_units(units::set_units(values, from, mode = "standard"), to, mode = "standard")
   measured <- trees
@@ -66,4 +67,10 @@ if (requireNamespace("units", quietly = TRUE)) {
   expect_message(predict(fit, data.frame(dbh = 20)), "dbh in cm")
   expect_equal(quietly(predict(fit, data.frame(dbh = 20))), predict(plain, data.frame(dbh = 20)))
   expect_silent(predict(fit, se.fit = TRUE))
+  # Declared units are not in doubt, and new responses are numbers of the unit of the fit.
+  expect_silent(in_feet <- silvafit(curve, measured))
+  expect_equal(fixef(lme4_refit(in_feet, units::set_units(trees$h, "m", mode = "standard"))), fixef(in_feet), tolerance = 1e-9)
+  expect_equal(fixef(lme4_refit(in_feet, as.numeric(measured$h))), fixef(in_feet), tolerance = 1e-9)
+  for (other in list(units::set_units(trees$h, "kg", mode = "standard"), 3, as.character(trees$h))) expect_true(class_of_error(lme4_refit(in_feet, other)) %in% c("silvafit_input_error", "silvafit_usage_error"))
+  expect_equal(class_of_error(lme4_refit(plain, measured$h)), "silvafit_input_error")
 } else skipped("units is not installed")

@@ -77,7 +77,10 @@ void each_setting(S& settings, Visit&& visit) {
                 "Quadrature points per random effect for the method agq")
             .at_most(100)
             .needs(settings.method == Method::kQuadrature, "`method=agq`"));
-  visit(Setting("reml", settings.reml, "Restricted maximum likelihood (REML), for lb and gnls"));
+  visit(Setting("reml",
+                settings.reml,
+                "Restricted maximum likelihood (REML), for lb and gnls, which it chooses without "
+                "random effects"));
   visit(Setting("hold", settings.fixed, "Coefficients that are held at a value, such as c=1")
             .type("NAME=VALUE,...")
             .option("fix"));

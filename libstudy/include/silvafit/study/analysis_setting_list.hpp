@@ -110,13 +110,14 @@ void each_setting(S& settings, Visit&& visit) {
           .option("interval"));
   visit(Setting("interval",
                 settings.interval_kind,
-                "prediction: for the value of a tree; confidence: for the mean of such trees")
+                "prediction: for the value of a tree; confidence: for the mean of such trees "
+                "(default: prediction for limits, confidence for standard errors without limits)")
             .option("interval-kind")
-            .needs(settings.interval > 0.0 || settings.standard_errors,
-                   "`coverage` or `standard_errors`"));
+            .needs(settings.wants_errors(), "`coverage` or `standard_errors`"));
   visit(Setting("standard_errors",
                 settings.standard_errors,
-                "Add the standard error of the kind that `interval` selects"));
+                "Add the standard error of the kind that `interval` selects, which is that of the "
+                "mean unless there are limits or `interval` is prediction"));
   visit(Setting("role",
                 settings.role,
                 "Which models of a study to use (default: nlme, where a model whose columns are "

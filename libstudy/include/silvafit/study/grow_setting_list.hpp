@@ -41,14 +41,16 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.levels,
                 "Level of detail, 0 (finest) to 3, or 4 for pictures of crowns on crossed cards; "
                 "several levels, such as 0,2, are written to separate files"));
-  visit(Setting(
-      "ground", settings.ground, "Ground of a scene: through the stem bases, flat, or none"));
+  visit(
+      Setting("ground", settings.ground, "Ground of a scene: through the stem bases, flat, or none")
+          .needs(settings.out.empty() || settings.is_by_plot, "`scene` or `per=plot`"));
   visit(Setting("share",
                 settings.share,
                 "Trees of similar shape share a model, scaled to their height and crown width"));
   visit(Setting("models",
                 settings.models_per_preset,
-                "Number of models per preset of trees that share them"));
+                "Number of models per preset of trees that share them")
+            .needs(settings.share, "`share`"));
   visit(Setting("instancing",
                 settings.instancing,
                 "GLB, glTF: use EXT_mesh_gpu_instancing for trees that share a model"));
@@ -84,7 +86,8 @@ void each_setting(S& settings, Visit&& visit) {
                 "GLB, glTF: write one animated scene in which the trees grow over the times"));
   visit(Setting("seconds",
                 settings.seconds_per_unit,
-                "Duration of the animation per unit of the time, or per step if it is text"));
+                "Duration of the animation per unit of the time, or per step if it is text")
+            .needs(settings.animate, "`animate`"));
   visit(Setting("manifest",
                 settings.manifest,
                 "Write plot, tree, species, preset, level, file, triangles and bytes of each tree "

@@ -2,6 +2,7 @@
 // Predictions of all responses of a model library for the trees of a table.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,7 +21,9 @@ struct PredictionSettings {
   fit::NewGroups new_groups = fit::NewGroups::kPopulation;
   fit::SeenGroups seen_groups = fit::SeenGroups::kFitted;  ///< of calibrated predictions
   double interval = 0.0;                                   ///< coverage; 0: no intervals
-  fit::IntervalKind interval_kind = fit::IntervalKind::kPrediction;
+  /// None: predictions for limits of intervals, and the mean for standard errors alone, as
+  /// predict() of R has them.
+  std::optional<fit::IntervalKind> interval_kind{};
   bool standard_errors = false;
   /// Which of a study's models: ols, covariates or nlme; empty: nlme, or the next simpler model if
   /// the table lacks a column. Models without a role always count.
@@ -30,6 +33,14 @@ struct PredictionSettings {
   ReadingSettings reading{};
   /// Volume, biomass and carbon of the trees, with predicted heights where none is measured.
   EquationSettings equations{};
+
+  bool wants_errors() const { return interval > 0.0 || standard_errors; }
+  fit::IntervalKind kind_of_errors() const {
+    using fit::IntervalKind;
+    const bool has_limits = interval > 0.0;
+    return interval_kind.value_or(has_limits ? IntervalKind::kPrediction
+                                             : IntervalKind::kConfidence);
+  }
 };
 
 /// The settings of a single fit's predictions, besides the level.
