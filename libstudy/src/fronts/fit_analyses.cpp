@@ -126,10 +126,11 @@ AnalysisResult result_of(FitRequest request,
   fit::FitResult found = fit::fit_model(specification, table, options);
   const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   found.fit.model = request.model;
-  AnalysisResult result{.tables = {{"rows", fitted_rows(found)}},
-                        .rows = found.rows,
-                        .json = json_text(ordered_json{{"cpu_seconds", seconds}}),
-                        .warnings = warnings_on(table, found.fit.specification, request.knows_units)};
+  AnalysisResult result{
+      .tables = {{"rows", fitted_rows(found)}},
+      .rows = found.rows,
+      .json = json_text(ordered_json{{"cpu_seconds", seconds}}),
+      .warnings = warnings_on(table, found.fit.specification, request.knows_units)};
   std::ranges::sort(result.rows);
   result.fits.emplace_back("", std::move(found.fit));
   return result;
