@@ -377,7 +377,9 @@ void judge(const NonlinearModel& model,
            bool is_restricted,
            const Obstacle& obstacle) {
   const PopulationSlopes slopes = population_slopes(model, fit);
-  fit.convergence.rank = information_rank(slopes.frame, fit);
+  // A covariance with unknown parts comes with its rank.
+  if (!fit.covariance.array().isNaN().any() || fit.convergence.rank == 0)
+    fit.convergence.rank = information_rank(slopes.frame, fit);
   const std::vector<Index> loose = find_undetermined(model, slopes, fit);
   const std::vector<std::string> ends = name_boundary(model, slopes, fit);
   if (fit.convergence.converged()) {
