@@ -505,10 +505,11 @@ FitResult fit_by(const ModelSpecification& specification,
   const bool is_free = options.fixed.empty() && options.bounds.empty();
   FitResult result = is_free ? whole_fit(specification, nullptr)
                              : fit_constrained(specification, table, options, whole_fit, inside);
-  const bool is_at_bound = std::ranges::any_of(options.bounds, [&](const auto& bound) {
-    return result.fit.convergence.has(Evidence::Kind::kBoundary, bound.first);
+  const bool has_bound = std::ranges::any_of(options.bounds, [&](const auto& bound) {
+    return result.fit.convergence.has(Evidence::Kind::kLowerBound, bound.first) ||
+           result.fit.convergence.has(Evidence::Kind::kUpperBound, bound.first);
   });
-  if (finds_limits && !can_have_limit && !is_at_bound && options.fixed.empty() &&
+  if (finds_limits && !can_have_limit && !has_bound && options.fixed.empty() &&
       result.fit.convergence.converged()) {
     mark_limit_of(specification, result);
   }
