@@ -12,6 +12,7 @@
 #include "fit_model/doubts.hpp"
 #include "fit_model/limit_of_curve.hpp"
 #include "least_squares/exchanged_minima.hpp"
+#include "least_squares/location_coefficients.hpp"
 #include "least_squares/start_search.hpp"
 #include "least_squares/variable_projection.hpp"
 #include "likelihood/effect_posteriors.hpp"
@@ -474,6 +475,25 @@ bool may_depend_on_method(const Convergence& convergence) {
   }
 }
 
+/// Whether a search may have failed because a column is far from 0, so that changes of a
+/// coefficient by powers of ten give the same curve.
+bool may_depend_on_origin(const Convergence& convergence) {
+  return may_depend_on_method(convergence) ||
+         convergence.status == ConvergenceStatus::kNotIdentifiable ||
+         convergence.status == ConvergenceStatus::kNoStartValues ||
+         std::ranges::any_of(convergence.evidence, [](const Evidence& item) {
+           return item.kind == Evidence::Kind::kUnbounded;
+         });
+}
+
+void note_far_columns(const NonlinearModel& model, Convergence& convergence) {
+  if (convergence.converged() || !may_depend_on_origin(convergence)) return;
+  for (const FarColumn& column : far_columns(model)) {
+    convergence.find(
+        {.kind = Finding::Kind::kFarColumn, .names = {column.name}, .values = {column.middle}});
+  }
+}
+
 FitResult fit_by(const ModelSpecification& specification,
                  const data::Table& table,
                  const FitModelOptions& options,
@@ -522,6 +542,7 @@ FitResult fit_by(const ModelSpecification& specification,
     const bool is_higher = other.fit.log_likelihood > result.fit.log_likelihood;
     if (other.fit.convergence.converged() && is_higher) result = std::move(other);
   }
+  note_far_columns(model, result.fit.convergence);
   // The stored uncertainty is that of the coefficients that were free.
   if (!is_free) keep_uncertainty(model, result.fit);
   return result;
