@@ -448,3 +448,36 @@ TEST_CASE("a maximum with exchanged asymptotes is found beside a coefficient at 
   // The published digits.
   CHECK(fit.log_likelihood == Approx(-101.474).margin(5e-4));
 }
+
+TEST_CASE("at a bound the errors of the others are those with the coefficient held") {
+  // The ages end long before the asymptote, so that the rate is known far better with it held.
+  Random random(11);
+  data::Table table;
+  data::TextColumn group;
+  std::vector<double> age;
+  std::vector<double> v;
+  for (int g = 0; g < 10; ++g) {
+    const double limit = 600.0 + random.normal(0.0, 50.0);
+    for (int i = 1; i <= 7; ++i) {
+      age.push_back(8.0 * i);
+      v.push_back(limit * std::exp(-4.0 * std::exp(-0.03 * age.back())) + random.normal(0.0, 4.0));
+      group.append(std::to_string(g));
+    }
+  }
+  table.set("age", age);
+  table.set("v", v);
+  table.set("g", group);
+  const ModelSpecification model =
+      specify_model({.formula = "v ~ A*exp(-b*exp(-k*age))", .random = "A | g"}, table);
+  for (const Method method : {Method::kLindstromBates, Method::kInteraction}) {
+    INFO(word_of(method));
+    const FittedModel bounded =
+        fit_model(model, table, {.method = method, .bounds = {{"A", {.high = 420.0}}}}).fit;
+    const FittedModel held =
+        fit_model(model, table, {.method = method, .fixed = {{"A", 420.0}}}).fit;
+    REQUIRE(bounded.convergence.has(Evidence::Kind::kUpperBound, "A"));
+    CHECK(std::isnan(bounded.standard_errors()[0]));
+    CHECK(bounded.standard_errors()[1] == Approx(held.standard_errors()[1]).epsilon(1e-3));
+    CHECK(bounded.standard_errors()[2] == Approx(held.standard_errors()[2]).epsilon(1e-3));
+  }
+}

@@ -12,6 +12,7 @@
 #include "fit_model/doubts.hpp"
 #include "fit_model/limit_of_curve.hpp"
 #include "least_squares/exchanged_minima.hpp"
+#include "least_squares/location_coefficients.hpp"
 #include "least_squares/start_search.hpp"
 #include "least_squares/variable_projection.hpp"
 #include "likelihood/effect_posteriors.hpp"
@@ -506,6 +507,25 @@ bool may_depend_on_method(const Convergence& convergence) {
   }
 }
 
+/// Whether a search may have failed because a column is far from 0, so that changes of a
+/// coefficient by powers of ten give the same curve.
+bool may_depend_on_origin(const Convergence& convergence) {
+  return may_depend_on_method(convergence) ||
+         convergence.status == ConvergenceStatus::kNotIdentifiable ||
+         convergence.status == ConvergenceStatus::kNoStartValues ||
+         std::ranges::any_of(convergence.evidence, [](const Evidence& item) {
+           return item.kind == Evidence::Kind::kUnbounded;
+         });
+}
+
+void note_far_columns(const NonlinearModel& model, Convergence& convergence) {
+  if (convergence.converged() || !may_depend_on_origin(convergence)) return;
+  for (const FarColumn& column : far_columns(model)) {
+    convergence.find(
+        {.kind = Finding::Kind::kFarColumn, .names = {column.name}, .values = {column.middle}});
+  }
+}
+
 FitResult fit_by(const ModelSpecification& specification,
                  const data::Table& table,
                  const FitModelOptions& options,
@@ -537,10 +557,11 @@ FitResult fit_by(const ModelSpecification& specification,
   const bool is_free = options.fixed.empty() && options.bounds.empty();
   FitResult result = is_free ? whole_fit(specification, nullptr)
                              : fit_constrained(specification, table, options, whole_fit, inside);
-  const bool is_at_bound = std::ranges::any_of(options.bounds, [&](const auto& bound) {
-    return result.fit.convergence.has(Evidence::Kind::kBoundary, bound.first);
+  const bool has_bound = std::ranges::any_of(options.bounds, [&](const auto& bound) {
+    return result.fit.convergence.has(Evidence::Kind::kLowerBound, bound.first) ||
+           result.fit.convergence.has(Evidence::Kind::kUpperBound, bound.first);
   });
-  if (finds_limits && !can_have_limit && !is_at_bound && options.fixed.empty() &&
+  if (finds_limits && !can_have_limit && !has_bound && options.fixed.empty() &&
       result.fit.convergence.converged()) {
     mark_limit_of(specification, result);
   }
@@ -553,6 +574,7 @@ FitResult fit_by(const ModelSpecification& specification,
     const bool is_higher = other.fit.log_likelihood > result.fit.log_likelihood;
     if (other.fit.convergence.converged() && is_higher) result = std::move(other);
   }
+  note_far_columns(model, result.fit.convergence);
   // The stored uncertainty is that of the coefficients that were free.
   if (!is_free) keep_uncertainty(model, result.fit);
   return result;

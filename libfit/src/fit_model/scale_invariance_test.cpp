@@ -9,6 +9,7 @@
 #include "silvafit/base/random.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 #include "silvafit/fit/intervals.hpp"
+#include "silvafit/fit/model_texts.hpp"
 
 using namespace silvafit;
 using namespace silvafit::fit;
@@ -207,6 +208,42 @@ TEST_CASE("intervals do not depend on the origin of a covariate") {
         CHECK(b.lower == Approx(a.lower).epsilon(0.0).margin(margin));
         CHECK(b.upper == Approx(a.upper).epsilon(0.0).margin(margin));
       }
+    }
+  }
+}
+
+TEST_CASE("standard errors do not depend on the origin of a column in an exponent") {
+  // With yr - 1985 the curve is the same and only A differs, by the factor exp(-1985 k).
+  Random random(7);
+  data::Table table;
+  data::TextColumn group;
+  std::vector<double> year;
+  std::vector<double> y;
+  for (int g = 0; g < 5; ++g) {
+    const double own = random.normal(0.0, 1.5);
+    for (int i = 0; i < 13; ++i) {
+      year.push_back(1985.0 + 2.0 * i);
+      y.push_back(12.0 + own + 40.0 * std::exp(-0.09 * 2.0 * i) + random.normal(0.0, 1.5));
+      group.append(std::to_string(g));
+    }
+  }
+  table.set("yr", year);
+  table.set("y", y);
+  table.set("g", group);
+  for (const Method method : {Method::kFirstOrder, Method::kInteraction, Method::kLaplace}) {
+    for (const char* const random_effect : {"c | g", "A | g"}) {
+      INFO(word_of(method) << " " << random_effect);
+      const auto errors = [&](const std::string& x) {
+        const ModelSpecification model = specify_model(
+            {.formula = "y ~ c + A*exp(-k*" + x + ")", .random = random_effect}, table);
+        const FittedModel fit = fit_model(model, table, {.method = method}).fit;
+        REQUIRE(fit.convergence.converged());
+        return fit.standard_errors();
+      };
+      const Eigen::VectorXd far = errors("yr");
+      const Eigen::VectorXd near = errors("(yr - 1985)");
+      CHECK(far[0] == Approx(near[0]).epsilon(2e-3));
+      CHECK(far[2] == Approx(near[2]).epsilon(2e-3));
     }
   }
 }

@@ -63,8 +63,12 @@ ProfileStart start_of(const SurfaceSetting& setting, LikelihoodSurface& surface)
   const SmoothFunction function = [&](const VectorXd& at, VectorXd* gradient) {
     return surface.value(at, gradient);
   };
-  ProfileStart start{.value = surface.value(x, nullptr),
-                     .hessian = hessian_from_gradients(function, x)};
+  const bool is_jagged =
+      setting.fit.method == Method::kQuadrature && !setting.model.random_kinks().empty();
+  VectorXd gradient(x.size());
+  ProfileStart start{.value = surface.value(x, &gradient)};
+  start.hessian = is_jagged ? hessian_over_errors(function, x, gradient)
+                            : hessian_from_gradients(function, x, gradient);
   if (setting.fit.method == Method::kOrdinary) {
     const SurfaceLayout& layout = surface.layout();
     const Index p = layout.beta_count();

@@ -19,7 +19,9 @@ using data::Expression;
 /// slopes.
 class Slopes {
  public:
-  explicit Slopes(const NonlinearModel& model) : formula_(model.specification().formula.right) {
+  /// \param is_one_curve  whether the parameters are the same at all points
+  explicit Slopes(const NonlinearModel& model, bool is_one_curve = false)
+      : formula_(model.specification().formula.right) {
     for (const ParameterModel& parameter : model.specification().parameters) {
       names_.push_back(parameter.name);
     }
@@ -31,6 +33,8 @@ class Slopes {
     constexpr std::uint64_t kSeed = 3;
     Random random(kSeed, 0);
     for (double& value : points_.reshaped()) value = random.uniform(0.5, 1.5);
+    for (Index k = 0; k < parameters_ && is_one_curve; ++k)
+      points_.col(k).setConstant(points_(0, k));
     by_parameters_.resize(kPoints, parameters_);
     for (Index k = 0; k < parameters_; ++k) {
       by_parameters_.col(k) = by(names_[static_cast<std::size_t>(k)]);
@@ -51,8 +55,7 @@ class Slopes {
     }
     if (!slope.allFinite() || !by_parameters_.allFinite() || slope.isZero(0.0)) return {};
     const VectorXd result = by_parameters_.colPivHouseholderQr().solve(-slope);
-    constexpr double kRounding = 1e-7;
-    if ((by_parameters_ * result + slope).norm() > kRounding * slope.norm()) return {};
+    if (!is_sum(result, slope)) return {};
     // Other slopes of the mean may be equal by chance; a shift is 0 or one unit.
     const bool is_shift = std::ranges::all_of(result, [&](double value) {
       return std::abs(value - std::round(value)) < 1e-6 && std::abs(value) < 1.5;
@@ -60,8 +63,21 @@ class Slopes {
     return is_shift ? VectorXd(result.array().round()) : VectorXd();
   }
 
+  /// Whether changes of the parameters compensate a shift of a column.
+  bool are_compensating(const std::string& column) const {
+    const VectorXd slope = by(column);
+    if (!slope.allFinite() || !by_parameters_.allFinite() || 2 * parameters_ > kPoints)
+      return false;
+    return !slope.isZero(0.0) && is_sum(by_parameters_.colPivHouseholderQr().solve(-slope), slope);
+  }
+
  private:
   static constexpr Index kPoints = 24;
+
+  bool is_sum(const VectorXd& changes, const VectorXd& slope) const {
+    constexpr double kRounding = 1e-7;
+    return (by_parameters_ * changes + slope).norm() <= kRounding * slope.norm();
+  }
 
   VectorXd by(const std::string& name) const {
     const Expression slope = formula_.derivative(name);
@@ -108,6 +124,20 @@ std::vector<LocationCoefficient> location_coefficients(const NonlinearModel& mod
                           .highest = shifts[k] > 0.0 ? high : -low});
       }
     }
+  }
+  return result;
+}
+
+std::vector<FarColumn> far_columns(const NonlinearModel& model) {
+  constexpr double kFarFromZero = 10.0;
+  std::vector<FarColumn> result;
+  const Slopes slopes(model, true);
+  for (const std::string& column : slopes.columns()) {
+    const VectorXd values = model.column(column);
+    const double range = values.maxCoeff() - values.minCoeff();
+    const double middle = 0.5 * (values.maxCoeff() + values.minCoeff());
+    const bool is_far = range > 0.0 && std::abs(middle) > kFarFromZero * range;
+    if (is_far && slopes.are_compensating(column)) result.push_back({column, middle});
   }
   return result;
 }

@@ -2,6 +2,7 @@
 // Coefficients that are locations on the axis of a column, such as b in a/(1 + exp((b - x)/c)).
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "silvafit/fit/matrices.hpp"
@@ -22,5 +23,15 @@ struct LocationCoefficient {
 /// two logistic curves has two, the logarithm of a rate is another.
 /// \param model  without covariates of its parameters
 std::vector<LocationCoefficient> location_coefficients(const NonlinearModel& model);
+
+/// A column whose values are far from 0 compared with their range, such as calendar years, although
+/// the formula with the column shifted is the same curve with other coefficients.
+struct FarColumn {
+  std::string name{};
+  double middle = 0.0;
+};
+
+/// \param model  without covariates of its parameters
+std::vector<FarColumn> far_columns(const NonlinearModel& model);
 
 }  // namespace silvafit::fit

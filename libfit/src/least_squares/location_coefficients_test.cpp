@@ -96,3 +96,29 @@ TEST_CASE("curves of two phases are found without start values") {
     CHECK(fit.sum_of_squares < 0.6e-4 * static_cast<double>(y.size()));
   }
 }
+
+TEST_CASE("a column far from 0 is named if its shift is another value of the coefficients") {
+  data::Table table;
+  std::vector<double> year;
+  std::vector<double> since;
+  for (int i = 0; i < 26; ++i) {
+    year.push_back(1985.0 + i);
+    since.push_back(i);
+  }
+  table.set("yr", year);
+  table.set("t", since);
+  table.set("y", since);
+  const auto names = [&](const std::string& formula) {
+    std::string result;
+    const NonlinearModel model(specify_model(formula, {}, table), table);
+    for (const FarColumn& column : far_columns(model)) {
+      CHECK(column.middle == 1997.5);
+      result += column.name;
+    }
+    return result;
+  };
+  CHECK(names("y ~ A*exp(-b*exp(-k*yr))") == "yr");
+  CHECK(names("y ~ A/(1 + b*exp(-k*yr))") == "yr");
+  CHECK(names("y ~ c + A*exp(-k*t)").empty());
+  CHECK(names("y ~ V*yr/(K + yr)").empty());  // another curve if yr is shifted
+}

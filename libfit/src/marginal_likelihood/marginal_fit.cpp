@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -114,8 +115,20 @@ std::optional<MixedEffectsFit> refit_marginal(const NonlinearModel& model,
   std::optional<MixedEffectsFit> fit = marginal_from(model, start, method, options).fit;
   if (!fit || !fit->convergence.converged()) return std::nullopt;
   describe(model, *fit);
+  compute_errors(model, method, options, *fit);
   judge(model, *fit, Rounds::kEvaluations);
   return fit;
+}
+
+void compute_errors(const NonlinearModel& model,
+                    Method method,
+                    const MixedEffectsOptions& options,
+                    MixedEffectsFit& fit) {
+  const bool is_at_kink = std::ranges::any_of(fit.convergence.evidence, [](const Evidence& item) {
+    return item.kind == Evidence::Kind::kKink;
+  });
+  if (!fit.convergence.converged() || is_at_kink) return;
+  MarginalSearch(model, method, options, fit.estimate).compute_errors(fit);
 }
 
 MarginalEnd marginal_from(const NonlinearModel& model,
@@ -185,6 +198,7 @@ MixedEffectsFit fit_marginal_from(const NonlinearModel& model,
   }
   MixedEffectsFit fit = result_of(search, model, method, options, true);
   describe(model, fit);
+  compute_errors(model, method, options, fit);
   judge(model, fit, Rounds::kEvaluations, false, search.obstacle());
   return fit;
 }

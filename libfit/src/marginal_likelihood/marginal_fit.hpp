@@ -56,6 +56,13 @@ std::optional<MixedEffectsFit> refit_marginal(const NonlinearModel& model,
                                               Method method,
                                               const MixedEffectsOptions& options);
 
+/// Computes the covariance of the coefficients of a converged fit anew, in units of its estimates.
+/// At a kink it stays that of one side, which the search has found.
+void compute_errors(const NonlinearModel& model,
+                    Method method,
+                    const MixedEffectsOptions& options,
+                    MixedEffectsFit& fit);
+
 /// The log-likelihood at the estimates of a fit; NaN if it is not valid there.
 double marginal_log_likelihood(const NonlinearModel& model,
                                const MixedEffectsFit& fit,

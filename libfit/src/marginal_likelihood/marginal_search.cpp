@@ -3,12 +3,14 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/QR>
 #include <optional>
 #include <utility>
 
 #include "least_squares/least_squares_verdict.hpp"
 #include "likelihood/marginal_likelihood.hpp"
 #include "mixed_effects/degenerate_fit.hpp"
+#include "mixed_effects/expected_information.hpp"
 #include "model/kinked_range.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "optimization/kinked_minimum.hpp"
@@ -68,6 +70,18 @@ std::vector<VectorXd> other_starts(const EffectLayout& layout) {
     }
   }
   return starts;
+}
+
+/// Turns slopes by the coefficients into those along the directions that change the curve as the
+/// coefficients do elsewhere. Unlike the others, their derivatives at a point that is only near the
+/// maximum hardly depend on coordinates, in which a small slope may change the curvature much.
+/// \param there  (N x p) slopes of the curve elsewhere
+/// \param here   (N x p) those at the point of the slopes
+void turn(const MatrixXd& there, const MatrixXd& here, VectorXd& slopes) {
+  if (!here.allFinite() || !there.allFinite()) return;
+  const Eigen::ColPivHouseholderQR<MatrixXd> qr(here);
+  if (qr.rank() < here.cols()) return;
+  slopes.head(here.cols()) = (qr.solve(there).transpose() * slopes.head(here.cols())).eval();
 }
 
 }  // namespace
@@ -140,7 +154,7 @@ MixedEffectsFit MarginalSearch::result() {
   const MarginalPoint point = coordinates_.point(best_.x);
   MixedEffectsFit fit;
   fit.estimate = coordinates_.layout().beta(best_.x);
-  fit.covariance = fixed_covariance();
+  set_covariance(best_.hessian, fit);
   const std::vector<MatrixXd> spherical = likelihood_.layout().by_term(best_.modes);
   for (std::size_t t = 0; t < spherical.size(); ++t) {
     const MatrixXd& factor = point.factors[t];
@@ -392,10 +406,54 @@ VectorXd MarginalSearch::inside_of(const Optimum& optimum) {
   return {};
 }
 
-MatrixXd MarginalSearch::fixed_covariance() const {
-  const Index p = coordinates_.layout().beta_count();
-  const MatrixXd& frame = coordinates_.layout().frame().beta;
-  return frame * informed_inverse(best_.hessian).topLeftCorner(p, p) * frame.transpose();
+void MarginalSearch::set_covariance(const MatrixXd& hessian, MixedEffectsFit& fit) const {
+  const SurfaceLayout& layout = coordinates_.layout();
+  MatrixXd transform = MatrixXd::Zero(layout.beta_count(), layout.size());
+  transform.leftCols(layout.beta_count()) = layout.frame().beta;
+  InformedCovariance of = informed_covariance(hessian, transform);
+  fit.covariance = std::move(of.covariance);
+  fit.convergence.rank = static_cast<int>(layout.beta_count() - of.unknown_directions);
+}
+
+MatrixXd MarginalSearch::curve_slopes(const VectorXd& x) const {
+  const SurfaceLayout& layout = coordinates_.layout();
+  return model_.curve_at(model_.extended(layout.beta(x))).jacobian.leftCols(layout.beta_count()) *
+         layout.frame().beta;
+}
+
+std::optional<MatrixXd> MarginalSearch::accurate_hessian(const MixedEffectsFit& fit) {
+  const VectorXd x = coordinates_of(fit);
+  likelihood_.set_modes(modes_of(fit, x));
+  VectorXd gradient;
+  if (!std::isfinite(value_at(x, &gradient))) return std::nullopt;
+  likelihood_.keep_modes(coordinates_.point(x));
+  const bool is_jagged = !model_.random_kinks().empty();
+  const MatrixXd directions = shared_ != nullptr || is_jagged ? MatrixXd() : curve_slopes(x);
+  const SmoothFunction function = [&](const VectorXd& at, VectorXd* slopes) {
+    likelihood_.set_kept_modes();
+    const double value = value_at(at, slopes);
+    if (slopes != nullptr && directions.size() > 0) turn(directions, curve_slopes(at), *slopes);
+    return value;
+  };
+  return is_jagged ? hessian_over_errors(function, x, gradient)
+                   : hessian_from_gradients(function, x, gradient);
+}
+
+void MarginalSearch::compute_errors(MixedEffectsFit& fit) {
+  // Without quadrature the likelihood jumps at kinks that random effects move, as its message says.
+  const bool has_kinks = !model_.random_kinks().empty();
+  const bool is_by_quadrature = method_ == Method::kQuadrature;
+  if (!has_kinks || is_by_quadrature) {
+    if (const auto hessian = accurate_hessian(fit)) set_covariance(*hessian, fit);
+  }
+  if (!has_kinks || fit.covariance.allFinite()) return;
+  // The slope has too few steps for their mean.
+  fit.covariance = expected_covariance(model_,
+                                       fit,
+                                       group_coefficients(model_, fit),
+                                       fit.residual_sd,
+                                       coordinates_.layout().frame().beta);
+  if (is_by_quadrature) fit.convergence.add(Evidence::Kind::kKink, model_.random_kinks());
 }
 
 void fill_in_fitted(const NonlinearModel& model,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cmath>
+#include <optional>
 #include <string>
 
 #include "likelihood/marginal_coordinates.hpp"
@@ -73,6 +74,11 @@ class MarginalSearch {
 
   MixedEffectsFit result();
 
+  /// Sets the covariance of the coefficients of a converged fit to that by the observed information
+  /// there, more accurate than that of result(), which is from the Hessian of the search.
+  /// With kinks that random effects move there may be none; then it is by the expected one.
+  void compute_errors(MixedEffectsFit& fit);
+
   int evaluations() const { return evaluations_; }
 
  private:
@@ -136,8 +142,14 @@ class MarginalSearch {
   /// inside; else no value. At the boundary the gradient is zero by symmetry.
   VectorXd inside_of(const Optimum& optimum);
 
-  /// The fixed effects' block of the inverse of the observed information.
-  MatrixXd fixed_covariance() const;
+  /// The Hessian at a fit; no value where the likelihood is not valid.
+  std::optional<MatrixXd> accurate_hessian(const MixedEffectsFit& fit);
+
+  /// (N x p) slopes of the population's curve by the coordinates of the coefficients.
+  MatrixXd curve_slopes(const VectorXd& x) const;
+
+  /// Sets the covariance of the coefficients and the number of them that are identifiable.
+  void set_covariance(const MatrixXd& hessian, MixedEffectsFit& fit) const;
 
   const NonlinearModel& model_;
   const SharedClusters* shared_;

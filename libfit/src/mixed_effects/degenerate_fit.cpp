@@ -30,6 +30,37 @@ double typical_residual(const MixedEffectsFit& fit) {
   return fit.residual_sd.norm() / std::sqrt(static_cast<double>(fit.residual_sd.size()));
 }
 
+double actual_residual(const NonlinearModel& model, const MixedEffectsFit& fit) {
+  const VectorXd residuals = model.response() - fit.fitted_conditional;
+  return residuals.norm() / std::sqrt(static_cast<double>(residuals.size()));
+}
+
+/// Strata whose residuals have gone to 0 although the random effects leave some of them, so that
+/// the likelihood increases without bound.
+std::vector<std::string> vanishing_strata(const NonlinearModel& model,
+                                          const MixedEffectsFit& fit,
+                                          double spread) {
+  std::vector<std::string> result;
+  // What the effects of several groupings leave is not known.
+  if (model.term_count() > 1 || fit.variance.correlation) return result;
+  const std::vector<std::string> by_effects = strata_without_residuals(model, fit);
+  for (const VarianceFactorEstimate& factor : fit.variance.factors) {
+    if (factor.ratio.size() == 0 || factor.factor.stratum.empty()) continue;
+    const NonlinearModel::Strata& strata = model.strata(factor.factor.stratum);
+    VectorXd largest = VectorXd::Zero(std::ssize(strata.labels));
+    for (std::size_t i = 0; i < strata.of_rows.size(); ++i) {
+      double& own = largest[strata.of_rows[i]];
+      own = std::max(own, fit.residual_sd[static_cast<Index>(i)]);
+    }
+    for (std::size_t s = 0; s < strata.labels.size(); ++s) {
+      const bool is_zero = largest[static_cast<Index>(s)] < Thresholds::kRoundedResidual * spread;
+      if (is_zero && std::ranges::find(by_effects, strata.labels[s]) == by_effects.end())
+        result.push_back(strata.labels[s]);
+    }
+  }
+  return result;
+}
+
 std::optional<Finding> exactness(const NonlinearModel& model,
                                  const MixedEffectsFit& fit,
                                  double spread) {
@@ -40,9 +71,14 @@ std::optional<Finding> exactness(const NonlinearModel& model,
   if (is_single && residual < Thresholds::kNothingLeft * spread) {
     return Finding{.kind = Finding::Kind::kSingleExact, .names = {terms.back().group}};
   }
-  if (residual < Thresholds::kRoundedResidual * spread) {
+  // A search that approaches a standard deviation of 0 may stop before, with residuals near 0.
+  const double smallest = std::min(residual, actual_residual(model, fit));
+  if (smallest < Thresholds::kRoundedResidual * spread) {
     return Finding{.kind = Finding::Kind::kPerfectCurve};
   }
+  std::vector<std::string> strata = vanishing_strata(model, fit, spread);
+  if (!strata.empty())
+    return Finding{.kind = Finding::Kind::kVanishingStratum, .names = std::move(strata)};
   const auto& correlation = fit.variance.correlation;
   if (!correlation || least_variance(*correlation) > Thresholds::kDependent) return std::nullopt;
   return Finding{.kind = Finding::Kind::kSingularCorrelation,

@@ -10,6 +10,7 @@
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/model_texts.hpp"
 
 using namespace silvafit;
 using namespace silvafit::fit;
@@ -186,4 +187,70 @@ TEST_CASE("a stratum that the curve can pass through has no highest likelihood")
   options.reml = true;
   CHECK_THAT(fit_model(model, table, options).fit.convergence.verdict(),
              !Contains("all observations of B"));
+}
+
+TEST_CASE("responses that are equal in each group are fitted perfectly, by every method") {
+  // The group means fit all of them; in one group only, its own standard deviation goes to 0.
+  Random random(5);
+  data::Table table;
+  data::TextColumn group;
+  std::vector<double> x;
+  std::vector<double> equal;
+  std::vector<double> last_equal;
+  for (int g = 1; g <= 8; ++g) {
+    const double mean = 10.0 + random.normal(0.0, 2.0);
+    for (int i = 0; i < 5; ++i) {
+      x.push_back(i);
+      equal.push_back(mean);
+      last_equal.push_back(g == 8 ? mean : mean + random.normal(0.0, 1.0));
+      group.append("G" + std::to_string(g));
+    }
+  }
+  table.set("x", x);
+  table.set("equal", equal);
+  table.set("last", last_equal);
+  table.set("g", group);
+  for (const Method method : {Method::kLindstromBates, Method::kInteraction}) {
+    INFO(word_of(method));
+    const auto verdict = [&](const std::string& formula, const std::string& variance) {
+      const ModelSpecification model =
+          specify_model({.formula = formula, .random = "a | g", .variance = variance}, table);
+      const FittedModel fit = fit_model(model, table, {.method = method}).fit;
+      CHECK_FALSE(fit.convergence.converged());
+      return fit.convergence.verdict();
+    };
+    CHECK_THAT(verdict("equal ~ a + b*x", ""), Contains("perfect fit"));
+    CHECK_THAT(verdict("last ~ a + b*x", "stratum(g)"), Contains("all observations of G8 exactly"));
+  }
+}
+
+TEST_CASE("a constant of the variance that only exact zeros determine has no maximum") {
+  // At x = 0 response and curve are 0, and the standard deviation is sigma times the constant: the
+  // log-likelihood is that of the other rows less ten times the logarithm of the constant.
+  Random random(9);
+  data::Table table;
+  data::TextColumn group;
+  std::vector<double> x;
+  std::vector<double> y;
+  for (int g = 0; g < 10; ++g) {
+    for (const double value : {0.0, 1.0, 2.0, 4.0, 8.0, 16.0}) {
+      x.push_back(value);
+      y.push_back((12.0 + g * 0.2) * value / (3.0 + value) * (1.0 + random.normal(0.0, 0.08)));
+      group.append(std::to_string(g));
+    }
+  }
+  table.set("x", x);
+  table.set("y", y);
+  table.set("g", group);
+  for (const std::string variance : {"constant-plus-power", "constant-plus-power(x)"}) {
+    for (const std::string random_effect : {"", "V | g"}) {
+      const ModelSpecification model = specify_model(
+          {.formula = "y ~ V*x/(K + x)", .random = random_effect, .variance = variance}, table);
+      const FittedModel fit = fit_model(model, table).fit;
+      INFO(variance << " " << random_effect << ": " << fit.convergence.verdict());
+      CHECK(fit.convergence.status == ConvergenceStatus::kNoMaximum);
+      CHECK_THAT(fit.convergence.verdict(),
+                 Contains("for 10 of the observations only the constant"));
+    }
+  }
 }

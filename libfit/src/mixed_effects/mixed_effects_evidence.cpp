@@ -295,6 +295,32 @@ void note_unbounded_powers(const NonlinearModel& model, MixedEffectsFit& fit) {
   }
 }
 
+/// Records that the curve passes through all observations for which the power is 0, such as those
+/// with the response and the fitted value 0: the smaller the constant, the higher the likelihood.
+void note_vanishing_constants(const NonlinearModel& model, MixedEffectsFit& fit) {
+  for (const VarianceFactorEstimate& factor : fit.variance.factors) {
+    const bool is_free = kind_of(factor.factor).has_constant() && !factor.factor.constant;
+    if (!is_free || !(factor.delta.minCoeff() > 0.0)) continue;
+    const VectorXd v = variable_of(model, fit, factor);
+    const bool has_strata = factor.constant.size() > 1;
+    Eigen::ArrayXd zeros = Eigen::ArrayXd::Zero(factor.constant.size());
+    Eigen::ArrayXd exact = zeros;
+    for (Index i = 0; i < v.size(); ++i) {
+      if (v[i] != 0.0) continue;
+      const Index s =
+          has_strata ? model.strata(factor.factor.stratum).of_rows[static_cast<std::size_t>(i)] : 0;
+      zeros[s] += 1.0;
+      if (model.response()[i] == fit.fitted_conditional[i]) exact[s] += 1.0;
+    }
+    const double vanishing = ((zeros > 0.0) && (exact == zeros)).select(zeros, 0.0).sum();
+    if (vanishing == 0.0) continue;
+    fit.convergence.conclude(ConvergenceStatus::kNoMaximum,
+                             {.kind = Finding::Kind::kVanishingConstant,
+                              .names = {factor.factor.text()},
+                              .values = {vanishing}});
+  }
+}
+
 void note_strata_without_freedom(const NonlinearModel& model, MixedEffectsFit& fit) {
   std::vector<std::string> strata = strata_without_freedom(model, fit);
   if (strata.empty()) return;
@@ -377,7 +403,9 @@ void judge(const NonlinearModel& model,
            bool is_restricted,
            const Obstacle& obstacle) {
   const PopulationSlopes slopes = population_slopes(model, fit);
-  fit.convergence.rank = information_rank(slopes.frame, fit);
+  // A covariance with unknown parts comes with its rank.
+  if (!fit.covariance.array().isNaN().any() || fit.convergence.rank == 0)
+    fit.convergence.rank = information_rank(slopes.frame, fit);
   const std::vector<Index> loose = find_undetermined(model, slopes, fit);
   const std::vector<std::string> ends = name_boundary(model, slopes, fit);
   if (fit.convergence.converged()) {
@@ -387,6 +415,7 @@ void judge(const NonlinearModel& model,
     note_unbounded(model, loose, fit);
   }
   note_unbounded_powers(model, fit);
+  note_vanishing_constants(model, fit);
   Degeneracy degenerate = degeneracy(model, slopes.frame, fit);
   const bool is_confounded = note_confounding(
       model, slopes.frame.has_full_rank, is_restricted, obstacle, degenerate.is_exact, fit);

@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "silvafit/base/constants.hpp"
 
@@ -59,6 +60,35 @@ MatrixXd informed_inverse(const MatrixXd& hessian) {
   for (double& value : inverse) value = value > kSmallestCurvature ? 1.0 / value : 0.0;
   return unit.asDiagonal() * solver.eigenvectors() * inverse.asDiagonal() *
          solver.eigenvectors().transpose() * unit.asDiagonal();
+}
+
+InformedCovariance informed_covariance(const MatrixXd& hessian, const MatrixXd& transform) {
+  const VectorXd unit = units(hessian);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(unit.asDiagonal() * hessian *
+                                                       unit.asDiagonal());
+  const Index rows = transform.rows();
+  if (!hessian.allFinite() || solver.info() != Eigen::Success) {
+    return {MatrixXd::Constant(rows, rows, kNaN), rows};
+  }
+  MatrixXd roots = transform * unit.asDiagonal() * solver.eigenvectors();
+  // Rounding errors turn the directions by less.
+  constexpr double kSmallestPart = 1e-2;
+  const VectorXd least = kSmallestPart * roots.rowwise().norm();
+  InformedCovariance result;
+  std::vector<Index> unknown;
+  for (Index k = 0; k < roots.cols(); ++k) {
+    const double curvature = solver.eigenvalues()[k];
+    const bool is_informed = curvature > kSmallestCurvature;
+    const std::size_t known = unknown.size();
+    for (Index j = 0; j < rows && !is_informed; ++j) {
+      if (std::abs(roots(j, k)) > least[j]) unknown.push_back(j);
+    }
+    if (unknown.size() > known) ++result.unknown_directions;
+    roots.col(k) *= is_informed ? 1.0 / std::sqrt(curvature) : 0.0;
+  }
+  for (const Index j : unknown) roots.row(j).setConstant(kNaN);
+  result.covariance = roots * roots.transpose();
+  return result;
 }
 
 }  // namespace silvafit::fit

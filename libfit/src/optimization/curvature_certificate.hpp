@@ -35,4 +35,13 @@ class CurvatureCertificate {
 /// parameter that has a component in one of the other directions. NaN if the Hessian is not finite.
 MatrixXd informed_inverse(const MatrixXd& hessian);
 
+struct InformedCovariance {
+  MatrixXd covariance{};         ///< (m x m)
+  Index unknown_directions = 0;  ///< without curvature, and on which one of the functions depends
+};
+/// The covariance T H^-1 T' of linear functions of the variables; NaN for those that depend on a
+/// direction in which the Hessian is not positive: nothing is known of their errors.
+/// \param transform  (m x n) T
+InformedCovariance informed_covariance(const MatrixXd& hessian, const MatrixXd& transform);
+
 }  // namespace silvafit::fit

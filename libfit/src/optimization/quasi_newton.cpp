@@ -70,6 +70,9 @@ void update_bfgs(MatrixXd& hessian, const VectorXd& step, const VectorXd& change
 /// zero, such as a constant near 1e6 with residuals of order one: the curvature does not change.
 double step_of(double x) { return 1e-5 * std::clamp(std::abs(x), 1.0, 10.0); }
 
+/// Two sides that differ by less have a mean that is right to the square of it.
+constexpr double kSidesAgree = 1e-4;
+
 VectorXd unknown(Index size) { return VectorXd::Constant(size, kNaN); }
 
 /// The gradient a step away in one variable; no value outside of the domain of the function.
@@ -82,6 +85,78 @@ std::optional<VectorXd> gradient_beside(const SmoothFunction& function,
   VectorXd gradient(x.size());
   if (!std::isfinite(function(moved, &gradient))) return std::nullopt;
   return gradient;
+}
+
+/// A column of the Hessian from differences of the gradient to both sides.
+struct HessianColumn {
+  VectorXd mean{};      ///< of the two sides; the other one at the end of the domain
+  VectorXd half_gap{};  ///< half of their difference: step times third derivative, over 2
+};
+
+HessianColumn column_at(const SmoothFunction& function,
+                        const VectorXd& x,
+                        const VectorXd& gradient,
+                        Index variable,
+                        double step) {
+  const std::optional<VectorXd> above = gradient_beside(function, x, variable, step);
+  const std::optional<VectorXd> below = gradient_beside(function, x, variable, -step);
+  HessianColumn column{unknown(x.size()), VectorXd::Zero(x.size())};
+  if (above && below) {
+    column.mean = (*above - *below) / (2.0 * step);
+    column.half_gap = (*above - 2.0 * gradient + *below) / (2.0 * step);
+  } else if (above || below) {
+    column.mean = above ? (*above - gradient) / step : (gradient - *below) / step;
+  }
+  return column;
+}
+
+/// The largest gap between the sides, relative to the curvatures of both variables.
+double relative_gap(const MatrixXd& hessian, Index variable, const VectorXd& half_gap) {
+  const VectorXd curvature = hessian.diagonal().cwiseAbs();
+  constexpr double kSmallestShare = 1e-6;
+  const double floor = std::max(kSmallestShare * curvature.maxCoeff(), 1e-300);
+  const VectorXd size = curvature.cwiseMax(floor).cwiseSqrt();
+  return half_gap.cwiseQuotient(size).cwiseAbs().maxCoeff() / size[variable];
+}
+
+/// Shortens the step of a column until its two sides agree, as long as this brings them closer.
+void refine_column(const SmoothFunction& function,
+                   const VectorXd& x,
+                   const VectorXd& gradient,
+                   Index variable,
+                   const VectorXd& half_gap,
+                   MatrixXd& hessian) {
+  constexpr int kRefinements = 4;
+  double step = step_of(x[variable]);
+  double gap = relative_gap(hessian, variable, half_gap);
+  for (int k = 0; k < kRefinements && gap > kSidesAgree; ++k) {
+    const double share = std::clamp(0.5 * kSidesAgree / gap, 1e-3, 0.1);
+    step *= share;
+    const HessianColumn column = column_at(function, x, gradient, variable, step);
+    MatrixXd refined = hessian;
+    refined.col(variable) = column.mean;
+    const double next = relative_gap(refined, variable, column.half_gap);
+    // The gap falls with the step, unless it is due to rounding errors or a kink.
+    if (!(next < 2.0 * share * gap)) return;
+    hessian = std::move(refined);
+    gap = next;
+  }
+}
+
+/// The Hessian from central differences, not symmetrized.
+/// \param half_gaps  (n x n) out: half the differences of the sides
+MatrixXd central_hessian(const SmoothFunction& function,
+                         const VectorXd& x,
+                         const VectorXd& gradient,
+                         MatrixXd& half_gaps) {
+  MatrixXd hessian(x.size(), x.size());
+  half_gaps.resize(x.size(), x.size());
+  for (Index i = 0; i < x.size(); ++i) {
+    HessianColumn column = column_at(function, x, gradient, i, step_of(x[i]));
+    hessian.col(i) = column.mean;
+    half_gaps.col(i) = column.half_gap;
+  }
+  return hessian;
 }
 
 /// A point where the function was evaluated.
@@ -209,8 +284,10 @@ class Minimization final : private ceres::IterationCallback {
 
   void renew_hessian() {
     result_.evaluations += static_cast<int>(result_.x.size()) * (options_.one_sided ? 1 : 2);
-    const MatrixXd found = options_.one_sided ? one_sided_hessian(function_, result_.x, gradient_)
-                                              : hessian_from_gradients(function_, result_.x);
+    MatrixXd half_gaps;
+    const MatrixXd found = options_.one_sided
+                               ? one_sided_hessian(function_, result_.x, gradient_)
+                               : central_hessian(function_, result_.x, gradient_, half_gaps);
     result_.hessian = made_positive(0.5 * (found + found.transpose()));
   }
 
@@ -305,17 +382,31 @@ class Minimization final : private ceres::IterationCallback {
 
 }  // namespace
 
-MatrixXd hessian_from_gradients(const SmoothFunction& function, const VectorXd& x) {
-  const Index size = x.size();
-  MatrixXd hessian(size, size);
-  for (Index i = 0; i < size; ++i) {
-    const double step = step_of(x[i]);
-    std::optional<VectorXd> above = gradient_beside(function, x, i, step);
-    std::optional<VectorXd> below = gradient_beside(function, x, i, -step);
-    const double distance = above && below ? 2.0 * step : step;
-    if (above && !below) below = gradient_beside(function, x, i, 0.0);
-    if (below && !above) above = gradient_beside(function, x, i, 0.0);
-    hessian.col(i) = above && below ? VectorXd((*above - *below) / distance) : unknown(size);
+MatrixXd hessian_from_gradients(const SmoothFunction& function,
+                                const VectorXd& x,
+                                const VectorXd& gradient) {
+  MatrixXd half_gaps;
+  MatrixXd hessian = central_hessian(function, x, gradient, half_gaps);
+  for (Index i = 0; i < x.size(); ++i) {
+    refine_column(function, x, gradient, i, half_gaps.col(i), hessian);
+  }
+  return 0.5 * (hessian + hessian.transpose());
+}
+
+MatrixXd hessian_over_errors(const SmoothFunction& function,
+                             const VectorXd& x,
+                             const VectorXd& gradient) {
+  constexpr double kFirstStep = 0.1;
+  constexpr double kShortestStep = 1e-4;
+  constexpr int kRounds = 3;
+  MatrixXd hessian(x.size(), x.size());
+  for (Index i = 0; i < x.size(); ++i) {
+    double step = kFirstStep;
+    for (int round = 0; round < kRounds; ++round) {
+      hessian.col(i) = column_at(function, x, gradient, i, step).mean;
+      if (hessian(i, i) > 0.0)
+        step = std::clamp(1.0 / std::sqrt(hessian(i, i)), kShortestStep, kFirstStep);
+    }
   }
   return 0.5 * (hessian + hessian.transpose());
 }

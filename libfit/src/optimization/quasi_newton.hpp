@@ -45,10 +45,23 @@ QuasiNewtonResult minimize(const SmoothFunction& function,
                            const MatrixXd& hessian = {},
                            const QuasiNewtonOptions& options = {});
 
-/// The Hessian from central differences of the exact gradient, symmetrized. If the function is
-/// undefined on one side of x, the one-sided difference to the other is used; if it is undefined
-/// on both, rows and columns are NaN.
-MatrixXd hessian_from_gradients(const SmoothFunction& function, const VectorXd& x);
+/// The Hessian from central differences of the exact gradient, symmetrized. Where the gradient
+/// changes differently to the two sides, the function is far from a parabola within the step, and
+/// the step is shortened: the result is the curvature at x, which does not depend on coordinates.
+/// If the function is undefined on one side of x, the one-sided difference to the other is used; if
+/// it is undefined on both, rows and columns are NaN.
+/// \param gradient  at x
+MatrixXd hessian_from_gradients(const SmoothFunction& function,
+                                const VectorXd& x,
+                                const VectorXd& gradient);
+
+/// The mean curvature within one standard error of x, 1/sqrt(H_ii) in each variable, or a tenth of
+/// its unit if that is less. A likelihood
+/// by quadrature of a curve with a kink that random effects move consists of pieces, between which
+/// its slope jumps; the curvature of the one piece at x misses what the jumps contribute.
+MatrixXd hessian_over_errors(const SmoothFunction& function,
+                             const VectorXd& x,
+                             const VectorXd& gradient);
 
 /// The Hessian from one-sided differences of the exact gradient, not symmetrized: its asymmetry is
 /// a measure of its error. If the function is undefined on this side, the other one is used; if it

@@ -31,11 +31,43 @@ TEST_CASE("the minimum of Rosenbrock's function is found") {
   const QuasiNewtonResult result = minimize(valley, Eigen::Vector2d(-1.2, 1.0));
   CHECK((result.x - Eigen::Vector2d(1.0, 1.0)).norm() < 1e-6);
   CHECK(result.decrement <= 1e-14);
-  const MatrixXd hessian = hessian_from_gradients(valley, Eigen::Vector2d(1.0, 1.0));
+  const MatrixXd hessian =
+      hessian_from_gradients(valley, Eigen::Vector2d(1.0, 1.0), Eigen::Vector2d(0.0, 0.0));
   // Second derivatives of the function at its minimum, by hand.
   CHECK(hessian(0, 0) == Approx(802.0).epsilon(1e-6));
   CHECK(hessian(0, 1) == Approx(-400.0).epsilon(1e-6));
   CHECK(hessian(1, 1) == Approx(200.0).epsilon(1e-6));
+}
+
+TEST_CASE("the Hessian does not depend on how curved the coordinates are") {
+  // A bowl of the curvature 2 in bent coordinates: at 0, where it is lowest, bending changes
+  // nothing.
+  constexpr double kBend = 5000.0;
+  const SmoothFunction bent = [](const VectorXd& x, VectorXd* gradient) {
+    const double across = x[1] - kBend * x[0] * x[0];
+    if (gradient != nullptr)
+      *gradient = Eigen::Vector2d(2.0 * x[0] - 4.0 * kBend * x[0] * across, 2.0 * across);
+    return x[0] * x[0] + across * across;
+  };
+  const VectorXd bottom = VectorXd::Zero(2);
+  const MatrixXd one_sided = one_sided_hessian(bent, bottom, bottom);
+  CHECK(one_sided(1, 0) == Approx(-0.1).epsilon(1e-6));  // -2 kBend times the step of 1e-5
+  const MatrixXd hessian = hessian_from_gradients(bent, bottom, bottom);
+  CHECK((hessian - 2.0 * MatrixXd::Identity(2, 2)).cwiseAbs().maxCoeff() < 1e-5);
+}
+
+TEST_CASE("curvature within a standard error counts the jumps of a slope") {
+  // 50 x^2, of which only a tenth is curvature between the steps of the slope.
+  constexpr double kStep = 1e-3;
+  const SmoothFunction jagged = [](const VectorXd& x, VectorXd* gradient) {
+    const double step = kStep * std::round(x[0] / kStep);
+    const double slope = 10.0 * x[0] + 90.0 * step;
+    if (gradient != nullptr) *gradient = VectorXd::Constant(1, slope);
+    return 50.0 * x[0] * x[0];
+  };
+  const VectorXd bottom = VectorXd::Zero(1);
+  CHECK(hessian_from_gradients(jagged, bottom, bottom)(0, 0) == Approx(10.0).epsilon(1e-6));
+  CHECK(hessian_over_errors(jagged, bottom, bottom)(0, 0) == Approx(100.0).epsilon(0.01));
 }
 
 // The first of them sets the level of the warnings of Ceres.
@@ -119,7 +151,7 @@ TEST_CASE("at the end of the domain the Hessian uses the other side") {
   const VectorXd edge = Eigen::Vector2d(0.5, 1.0);
   const VectorXd slope = Eigen::Vector2d(3.0, 4.0);
   for (const MatrixXd& hessian :
-       {hessian_from_gradients(bowl, edge), one_sided_hessian(bowl, edge, slope)}) {
+       {hessian_from_gradients(bowl, edge, slope), one_sided_hessian(bowl, edge, slope)}) {
     CHECK(hessian(0, 0) == Approx(6.0).epsilon(1e-9));
     CHECK(hessian(1, 1) == Approx(4.0).epsilon(1e-9));
     CHECK(hessian(0, 1) == 0.0);
@@ -128,7 +160,7 @@ TEST_CASE("at the end of the domain the Hessian uses the other side") {
   CHECK(minimize(bowl, edge).x.norm() < 1e-6);
   lowest = 1.0;  // the domain is a single line
   for (const MatrixXd& hessian :
-       {hessian_from_gradients(bowl, edge), one_sided_hessian(bowl, edge, slope)}) {
+       {hessian_from_gradients(bowl, edge, slope), one_sided_hessian(bowl, edge, slope)}) {
     CHECK(hessian(0, 0) == Approx(6.0).epsilon(1e-9));
     CHECK(std::isnan(hessian(1, 1)));
   }

@@ -204,6 +204,7 @@ class OptimumSearch {
     // A failed fit already has a message with the reason.
     if (fit.convergence.findings.empty()) {
       describe(model_, fit);
+      if (is_marginal(method_)) compute_errors(model_, method_, options_, fit);
       judge(model_,
             fit,
             is_marginal(method_) ? Rounds::kEvaluations : Rounds::kAlternations,

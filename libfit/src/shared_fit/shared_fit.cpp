@@ -311,7 +311,9 @@ class SharedFit {
     MarginalSearch search(model(), method_, marginal, start.estimate, &clusters_);
     search.try_fit(start);
     if (!search.has_optimum()) return without_optimum();
-    return described(search.result(), search.obstacle(), variance);
+    MixedEffectsFit found = search.result();
+    if (search.has_converged()) search.compute_errors(found);
+    return described(std::move(found), search.obstacle(), variance);
   }
 
  private:

@@ -26,8 +26,9 @@ struct Thresholds {
   /// tenth of it is that of a singular information matrix.
   static constexpr double kImpossible = 0.1;
   /// A standard error is understated if that by the expected information is so many times larger,
-  /// and at kErrors of it the log-likelihood has not fallen by kFlat: a parabola would fall by 8.
-  static constexpr double kFar = 3.0;
+  /// and at kErrors of it the log-likelihood has not fallen by kFlat: a parabola would fall by 8,
+  /// or by kFlat at an error that many times as large.
+  static constexpr double kFar = 2.0;
   static constexpr double kErrors = 4.0;
   static constexpr double kFlat = 2.0;
 

@@ -8,7 +8,7 @@ using namespace silvafit::fit;
 using Kind = Finding::Kind;
 
 TEST_CASE("each kind of finding has a sentence with all its names and values") {
-  for (int kind = 0; kind <= static_cast<int>(Kind::kParametersTaken); ++kind) {
+  for (int kind = 0; kind <= static_cast<int>(Kind::kFarColumn); ++kind) {
     const std::string text = verdict_of({{.kind = static_cast<Kind>(kind),
                                           .names = {"a", "b", "c"},
                                           .values = {1.0, 2.0, 3.0, 4.0, 5.0}}});

@@ -151,6 +151,15 @@ std::string_view text_of(Finding::Kind kind) {
        "Not converged: with {b} the likelihood increases into the range of {a}, but no maximum "
        "was found there. Give start values or narrower bounds."},
       {kHeldImpossible, "Not converged: with {a} held, {b}"},
+      {kVanishingConstant,
+       "Not converged: the log-likelihood has no maximum: for {x:.0f} of the observations only the "
+       "constant of {a} is left, and the curve passes through them exactly, so the constant goes "
+       "to 0. Exclude such rows with `where`, hold the constant, or use another variance "
+       "function."},
+      {kVanishingStratum,
+       "Not converged: the log-likelihood has no maximum: the curve passes through all "
+       "observations of {names} exactly, so their standard deviation goes to 0. Join this stratum "
+       "with another one, or exclude its rows with `where`."},
 
       {kFallback, "Fitted by focei, because {a} found no result."},
       {kStartFailed, "Not converged: the least-squares fit for the start values failed."},
@@ -294,6 +303,9 @@ std::string_view text_of(Finding::Kind kind) {
       {kEndsAtBounds, "At its bound: {each}."},
       {kSampleStart, "Start values come from a sample of {x:.0f} observations."},
       {kParametersTaken, "Names that are not columns were taken as parameters: {names}."},
+      {kFarColumn,
+       "The values of {a} are far from 0 compared with their range: first subtract about their "
+       "mean in the formula, as ({a} - {x:.6g}), which is the same curve with other coefficients."},
   };
   return std::ranges::find(kTexts, kind, &Text::kind)->text;
 }

@@ -34,7 +34,7 @@ struct Finding {
     kSaturated, kImpossibleError,
     kInvalidAtFirstOrder, kNoModes, kInvalidForSample, kFirstOrderHigher, kContainedHigher,
     kUnfinishedHigher, kUnfinishedFirstOrder, kLinearizationFar, kNoneFromStart, kRisesInwards,
-    kHeldImpossible,
+    kHeldImpossible, kVanishingConstant, kVanishingStratum,
     // Before the result; the last finding comes first.
     kFallback, kFirstBefore = kFallback, kStartFailed, kNoneInside, kContainedDoubt, kKink,
     kKinkRestricted, kKinkByQuadrature, kKinkFewPoints, kFewPoints, kRangeDoubt, kTwoValues,
@@ -46,7 +46,7 @@ struct Finding {
     kTryOtherMethod, kTryLeastSquares, kSingleObservations, kSingleObservationsOf, kEqualGroupings,
     kRemoveOneEffect, kRemoveOne, kUseAgq, kUseFocei, kSingular, kCorrelationEnd, kExactStratum,
     kStratumOfFew, kAtKink, kPowerOfFew, kFloored, kFlooredPower, kExpectedErrors, kLinearizationDoubtful, kHigherOptimum, kLowerFromStart,
-    kCloseOptimum, kAtBounds, kEndsAtBounds, kSampleStart, kParametersTaken,
+    kCloseOptimum, kAtBounds, kEndsAtBounds, kSampleStart, kParametersTaken, kFarColumn,
   };
   // clang-format on
   Kind kind = Kind::kText;
