@@ -25,8 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr char kPageSection[] = "Page";
-
 struct ViewArguments {
   CommonOptions common{};
   TableArguments table{};
@@ -37,18 +35,16 @@ struct ViewArguments {
   study::ViewPageSettings settings{};
 };
 
-/// A GLB scene is shown unchanged; what chooses its trees needs a table of them.
+/// Options that are no settings of the page, which the library checks.
 void check_scene_option(const CLI::Option& option, bool has_trees) {
   const std::string name = option.get_name();
-  const bool chooses_trees = name == "--plot" || name == "--mark";
-  const bool is_of_table = option.get_group() == kInputSection && name != "--terrain";
-  const bool is_of_looks = option.get_group() == kPageSection && name != "--title";
-  if (chooses_trees || is_of_table) {
-    if (has_trees) return;
-    throw UsageError("a GLB scene has no table of trees; add --trees FILE.csv", {.column = name});
+  if (name == "--terrain" || name == "--seed") {
+    throw UsageError("has no effect on a GLB scene, which is shown unchanged; use it in grow",
+                     {.column = name});
   }
-  if (is_of_looks || name == "--terrain" || name == "--seed") {
-    throw UsageError("a GLB scene is shown unchanged; use this option in grow", {.column = name});
+  if (!has_trees && (name == "--layer" || name == "--sql")) {
+    throw UsageError("has no effect on a GLB scene without a table of its trees (--trees FILE.csv)",
+                     {.column = name});
   }
 }
 
@@ -142,7 +138,7 @@ void add_view_command(CLI::App& program) {
       ->group(kOutputSection);
   add_layer_options(command, arguments->table);
   add_terrain_option(command, arguments->table);
-  each_setting(arguments->settings.view, SettingOptions(command, kPageSection));
+  each_setting(arguments->settings.view, SettingOptions(command, "Page"));
   add_reading_options(command, arguments->settings.reading);
   command.add_flag("--no-open", arguments->does_not_open, "Do not open the page in a browser");
   add_common_options(command, arguments->common);

@@ -370,7 +370,7 @@ class Failures(ProgramTest):
             ("--formula", "y ~ a*x", "--random", "a + q | x"): "column 5: unknown coefficient 'q'",
             ("--formula", "y ~ a*x", "--method", "magic"): "is not one of ols, gnls, lb",
             ("--formula", "y ~ a*x", "--method", "laplace"): "needs random effects",
-            ("--formula", "y ~ a*x", "--reml"): "available for lb and gnls only",
+            ("--formula", "y ~ a*x", "--method", "ols", "--reml"): "available for lb and gnls only",
             ("--formula", "y ~ a*x", "--fix", "q=1"): "unknown coefficient 'q'",
             ("--formula", "y ~ a*x", "--random", "x | x"): "'x' is a column of the data, which stands in the formula instead of a parameter",
             ("--formula", "y ~ a*x", "--start", "x=1"): "'x' is a column of the data, which stands in the formula instead of a parameter",

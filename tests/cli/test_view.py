@@ -85,7 +85,7 @@ class Pages(ViewTest):
         for option in (("--plot", "1"), ("--columns", "h=h"), ("--where", "dbh > 7"),
                        ("--dead", "include"), ("--trust-units",)):
             error = self.run_program("view", "s.glb", *option, "--no-open", status=2).stderr
-            self.assertIn("add --trees FILE.csv", error)
+            self.assertIn("without a table of its trees", error)
         self.run_program("view", "s.glb", "--trees", "trees.csv", "--where", "dbh > 20", "--no-open")
 
     def test_other_files_are_told_what_can_be_shown(self):

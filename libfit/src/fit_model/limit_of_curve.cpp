@@ -59,10 +59,16 @@ std::vector<Index> candidates(const NonlinearModel& model,
   return found;
 }
 
-/// Whether the search ended somewhere, at a maximum or not; only then its end can be on the way to
-/// a limit.
+/// Whether the search ended somewhere, at a maximum or not, or where the likelihood has no
+/// curvature in a direction; only then its end can be on the way to a limit.
 bool has_end(const Convergence& convergence) {
-  return convergence.converged() || convergence.status == ConvergenceStatus::kMaximumNotReached ||
+  const auto is_nearly_flat = [](const Evidence& item) {
+    return item.kind == Evidence::Kind::kHardlyIdentifiable;
+  };
+  return convergence.converged() ||
+         (convergence.status == ConvergenceStatus::kNotIdentifiable &&
+          std::ranges::any_of(convergence.evidence, is_nearly_flat)) ||
+         convergence.status == ConvergenceStatus::kMaximumNotReached ||
          convergence.status == ConvergenceStatus::kIterationLimit;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "silvafit/fit/model_texts.hpp"
+#include "silvafit/fit/summary.hpp"
 
 using namespace silvafit;
 using namespace silvafit::fit;
@@ -70,6 +71,7 @@ TEST_CASE("the columns of a contrast matrix are one term") {
   CHECK(tests[1].term == "a:group");
   CHECK(tests[1].numerator_df == 2);
   CHECK(tests[1].f == Approx(4.846088).epsilon(1e-7));
+  CHECK_THAT(summary(fit), Catch::Contains("4.846") && Catch::Contains("0.0159"));
 }
 
 TEST_CASE("terms keep their comparisons and products") {

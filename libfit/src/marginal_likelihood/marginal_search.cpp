@@ -443,17 +443,25 @@ void MarginalSearch::compute_errors(MixedEffectsFit& fit) {
   // Without quadrature the likelihood jumps at kinks that random effects move, as its message says.
   const bool has_kinks = !model_.random_kinks().empty();
   const bool is_by_quadrature = method_ == Method::kQuadrature;
+  bool has_curvature = true;
   if (!has_kinks || is_by_quadrature) {
-    if (const auto hessian = accurate_hessian(fit)) set_covariance(*hessian, fit);
+    const auto hessian = accurate_hessian(fit);
+    has_curvature = !hessian || is_of_minimum(*hessian);
+    if (hessian && (has_kinks || has_curvature)) set_covariance(*hessian, fit);
   }
-  if (!has_kinks || fit.covariance.allFinite()) return;
-  // The slope has too few steps for their mean.
+  // A direction without curvature is one of coefficients that are not identifiable. Negative
+  // curvature at a maximum is due to rounding errors of the slopes, or to too few steps in them.
+  if (fit.covariance.allFinite() || (!has_kinks && has_curvature)) return;
   fit.covariance = expected_covariance(model_,
                                        fit,
                                        group_coefficients(model_, fit),
                                        fit.residual_sd,
                                        coordinates_.layout().frame().beta);
-  if (is_by_quadrature) fit.convergence.add(Evidence::Kind::kKink, model_.random_kinks());
+  fit.convergence.rank = static_cast<int>(coordinates_.layout().beta_count());
+  if (!has_kinks) fit.convergence.find({.kind = Finding::Kind::kExpectedErrors});
+  if (has_kinks && is_by_quadrature) {
+    fit.convergence.add(Evidence::Kind::kKink, model_.random_kinks());
+  }
 }
 
 void fill_in_fitted(const NonlinearModel& model,

@@ -62,6 +62,14 @@ MatrixXd informed_inverse(const MatrixXd& hessian) {
          solver.eigenvectors().transpose() * unit.asDiagonal();
 }
 
+bool is_of_minimum(const MatrixXd& hessian) {
+  if (!hessian.allFinite()) return false;
+  const VectorXd unit = units(hessian);
+  const MatrixXd scaled = unit.asDiagonal() * hessian * unit.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(scaled, Eigen::EigenvaluesOnly);
+  return solver.info() == Eigen::Success && solver.eigenvalues()[0] > -kSmallestCurvature;
+}
+
 InformedCovariance informed_covariance(const MatrixXd& hessian, const MatrixXd& transform) {
   const VectorXd unit = units(hessian);
   const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(unit.asDiagonal() * hessian *

@@ -35,6 +35,9 @@ class CurvatureCertificate {
 /// parameter that has a component in one of the other directions. NaN if the Hessian is not finite.
 MatrixXd informed_inverse(const MatrixXd& hessian);
 
+/// Whether no curvature is negative but for rounding errors.
+bool is_of_minimum(const MatrixXd& hessian);
+
 struct InformedCovariance {
   MatrixXd covariance{};         ///< (m x m)
   Index unknown_directions = 0;  ///< without curvature, and on which one of the functions depends

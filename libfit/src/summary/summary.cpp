@@ -10,6 +10,7 @@
 #include "silvafit/base/text.hpp"
 #include "silvafit/fit/conditional_errors.hpp"
 #include "silvafit/fit/intervals.hpp"
+#include "silvafit/fit/term_tests.hpp"
 #include "summary/text_lines.hpp"
 
 namespace silvafit::fit {
@@ -196,6 +197,25 @@ void append_derived(std::string& text, const FittedModel& fit) {
   text += '\n';
 }
 
+/// Of terms with several coefficients, which the tests of single ones do not answer.
+void append_term_tests(std::string& text, const FittedModel& fit) {
+  TextTable table(16, {12, 12, 10, 9});
+  table.add({"term", "num. df", "den. df", "Wald F", "p"});
+  bool has_terms = false;
+  for (const TermTest& test : term_tests(fit)) {
+    if (test.numerator_df < 2) continue;
+    has_terms = true;
+    table.add({test.term,
+               significant(test.numerator_df),
+               significant(test.denominator_df),
+               significant(test.f, 4),
+               p_text(test.p)});
+  }
+  if (!has_terms) return;
+  table.append_to(text);
+  text += '\n';
+}
+
 void append_random_effects(std::string& text, const FittedModel& fit) {
   const std::vector<RandomEffects>& terms = fit.specification.random;
   for (std::size_t k = 0; k < fit.random.size(); ++k) {
@@ -346,6 +366,7 @@ std::string summary(const FittedModel& fit) {
     return text;
   }
   append_fixed_effects(text, fit);
+  append_term_tests(text, fit);
   append_derived(text, fit);
   append_random_effects(text, fit);
   append_residuals(text, fit);

@@ -41,10 +41,13 @@ void refuse_idle_on_scene(const ViewPageSettings& settings) {
   const char* const without_table = "on a GLB scene without a table of its trees";
   if (!settings.trees) {
     idle["plots"] = idle["mark"] = without_table;
-    each_setting(settings.reading, [&](const auto& setting) { idle[setting.key] = without_table; });
+    const auto note = [&](const auto& setting) { idle[setting.key] = without_table; };
+    each_setting(settings.reading, note);
+    each_setting(settings.reading.rows, note);
   }
   refuse_idle_settings(settings.view, {}, idle);
   refuse_idle_settings(settings.reading, {}, idle);
+  refuse_idle_settings(settings.reading.rows, {}, idle);
 }
 
 /// Determines the kind of a source, and reads it.
