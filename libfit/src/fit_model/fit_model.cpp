@@ -14,7 +14,6 @@
 #include "least_squares/exchanged_minima.hpp"
 #include "least_squares/location_coefficients.hpp"
 #include "least_squares/start_search.hpp"
-#include "least_squares/variable_projection.hpp"
 #include "likelihood/effect_posteriors.hpp"
 #include "lindstrom_bates/lindstrom_bates_search.hpp"
 #include "marginal_likelihood/marginal_fit.hpp"
@@ -449,48 +448,6 @@ std::optional<FitResult> fit_inside(const NonlinearModel& model,
     from_there.start[model.coefficient_names()[static_cast<std::size_t>(j)]] = (*start)[j];
   }
   return fit_freely(model, method, from_there);
-}
-
-/// Start values on the other side of infinity: the coefficients that grow without bound with the
-/// opposite sign. V*x/(K + x) is a straight line at both ends, and the maximum for a curve that
-/// bends upwards lies at negative V and K. Since a search may end anywhere on the way to infinity,
-/// they are the smallest, by powers of ten, with which the population's curve is within four
-/// standard errors of the closest. Empty if the fit has no such coefficients.
-std::map<std::string, double> start_beyond_infinity(const NonlinearModel& model,
-                                                    const FittedModel& fit) {
-  const bool is_unbounded = fit.convergence.status == ConvergenceStatus::kNoMaximum &&
-                            fit.estimate.allFinite() &&
-                            std::ranges::any_of(fit.convergence.evidence, [](const Evidence& item) {
-                              return item.kind == Evidence::Kind::kUnbounded;
-                            });
-  if (!is_unbounded) return {};
-  ProjectedModel projected(model);
-  std::vector<std::pair<double, VectorXd>> curves;  // log sum of squares, coefficients
-  double closest = kInfinity;
-  std::vector<Index> unbounded;
-  double largest = 1.0;
-  for (Index j = 0; j < fit.estimate.size(); ++j) {
-    const std::string& name = fit.coefficient_names[static_cast<std::size_t>(j)];
-    if (!fit.convergence.has(Evidence::Kind::kUnbounded, name)) continue;
-    unbounded.push_back(j);
-    largest = std::max(largest, std::abs(fit.estimate[j]));
-  }
-  // A search may have gone on to any power of ten.
-  for (double share = 1.0; share > 1e-15 / largest; share /= 10.0) {
-    VectorXd here = fit.estimate;
-    here(unbounded) *= -share;
-    if (!projected.evaluate(projected.nonlinear_part(here))) continue;
-    curves.emplace_back(std::log(projected.residuals().squaredNorm()), projected.coefficients());
-    closest = std::min(closest, curves.back().first);
-  }
-  const double farthest = closest + 4.0 * 4.0 / static_cast<double>(model.observations());
-  std::erase_if(curves, [&](const auto& curve) { return !(curve.first <= farthest); });
-  std::map<std::string, double> start;
-  if (curves.empty()) return start;
-  for (std::size_t j = 0; j < fit.coefficient_names.size(); ++j) {
-    start[fit.coefficient_names[j]] = curves.back().second[static_cast<Index>(j)];
-  }
-  return start;
 }
 
 /// Whether another method may find a result: the data are not the cause.

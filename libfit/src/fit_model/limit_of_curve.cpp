@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "least_squares/least_squares_verdict.hpp"
+#include "least_squares/variable_projection.hpp"
 #include "mixed_effects/expected_information.hpp"
 #include "model/coefficient_frame.hpp"
 #include "model/held_coefficients.hpp"
@@ -163,6 +165,43 @@ void mark_limit(const NonlinearModel& model,
                            Evidence::Kind::kUnbounded);
   // The Hessian is not one at a maximum.
   fit.covariance.setConstant(kNaN);
+}
+
+std::map<std::string, double> start_beyond_infinity(const NonlinearModel& model,
+                                                    const FittedModel& fit) {
+  const bool is_unbounded = fit.convergence.status == ConvergenceStatus::kNoMaximum &&
+                            fit.estimate.allFinite() &&
+                            std::ranges::any_of(fit.convergence.evidence, [](const Evidence& item) {
+                              return item.kind == Evidence::Kind::kUnbounded;
+                            });
+  if (!is_unbounded) return {};
+  ProjectedModel projected(model);
+  std::vector<std::pair<double, VectorXd>> curves;  // log sum of squares, coefficients
+  double closest = kInfinity;
+  std::vector<Index> unbounded;
+  double largest = 1.0;
+  for (Index j = 0; j < fit.estimate.size(); ++j) {
+    const std::string& name = fit.coefficient_names[static_cast<std::size_t>(j)];
+    if (!fit.convergence.has(Evidence::Kind::kUnbounded, name)) continue;
+    unbounded.push_back(j);
+    largest = std::max(largest, std::abs(fit.estimate[j]));
+  }
+  // A search may have gone on to any power of ten.
+  for (double share = 1.0; share > 1e-15 / largest; share /= 10.0) {
+    VectorXd here = fit.estimate;
+    here(unbounded) *= -share;
+    if (!projected.evaluate(projected.nonlinear_part(here))) continue;
+    curves.emplace_back(std::log(projected.residuals().squaredNorm()), projected.coefficients());
+    closest = std::min(closest, curves.back().first);
+  }
+  const double farthest = closest + 4.0 * 4.0 / static_cast<double>(model.observations());
+  std::erase_if(curves, [&](const auto& curve) { return !(curve.first <= farthest); });
+  std::map<std::string, double> start;
+  if (curves.empty()) return start;
+  for (std::size_t j = 0; j < fit.coefficient_names.size(); ++j) {
+    start[fit.coefficient_names[j]] = curves.back().second[static_cast<Index>(j)];
+  }
+  return start;
 }
 
 }  // namespace silvafit::fit

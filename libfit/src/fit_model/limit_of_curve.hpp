@@ -2,6 +2,9 @@
 // Fits whose likelihood has no maximum because coefficients approach a limit of the curve.
 #pragma once
 
+#include <map>
+#include <string>
+
 #include "fit_model/constrained_fit.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
@@ -25,5 +28,13 @@ void mark_limit(const NonlinearModel& model,
                 const HeldFit& fit,
                 FitResult& result,
                 const CoefficientBounds& bounds = {});
+
+/// Start values on the other side of infinity: the coefficients that grow without bound with the
+/// opposite sign. V*x/(K + x) is a straight line at both ends, and the maximum for a curve that
+/// bends upwards lies at negative V and K. Since a search may end anywhere on the way to infinity,
+/// they are the smallest, by powers of ten, with which the population's curve is within four
+/// standard errors of the closest. Empty if the fit has no such coefficients.
+std::map<std::string, double> start_beyond_infinity(const NonlinearModel& model,
+                                                    const FittedModel& fit);
 
 }  // namespace silvafit::fit
