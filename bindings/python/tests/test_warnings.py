@@ -21,9 +21,9 @@ def told(call):
 
 @pytest.fixture(scope="module")
 def spoilt(inventory):
-    """Decimal commas in every second dbh."""
+    """Texts in every second dbh."""
     trees = inventory.astype({"dbh": object}).set_axis([f"t{k}" for k in range(len(inventory))])
-    trees.loc[trees.index[::2], "dbh"] = "20,7"
+    trees.loc[trees.index[::2], "dbh"] = "about 20"
     return trees
 
 
@@ -35,7 +35,10 @@ def test_skipped_rows_are_counted_and_the_first_named(spoilt, function, options)
     _, texts = told(lambda: function(spoilt, **options))
     assert f"{skipped} of {len(spoilt)} rows skipped" in texts[0]
     for label in ("t0", "t2", "t4"):
-        assert f"row '{label}': dbh: '20,7' is not a number" in texts[0]
+        assert f"row '{label}': dbh: 'about 20' is not a number" in texts[0]
+    commas = spoilt.replace({"dbh": {"about 20": "20,7"}})
+    with pytest.raises(sf.InputError, match="row 't0': dbh: '20,7' is no number here: write decimals with a point"):
+        function(commas, **options)
 
 
 def test_skipped_rows_of_growth(inventory):
