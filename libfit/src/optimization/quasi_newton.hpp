@@ -56,9 +56,9 @@ MatrixXd hessian_from_gradients(const SmoothFunction& function,
                                 const VectorXd& gradient);
 
 /// The mean curvature within one standard error of x, 1/sqrt(H_ii) in each variable, or a tenth of
-/// its unit if that is less. A likelihood
-/// by quadrature of a curve with a kink that random effects move consists of pieces, between which
-/// its slope jumps; the curvature of the one piece at x misses what the jumps contribute.
+/// its unit if that is less. A likelihood by quadrature of a curve with a kink that random effects
+/// move consists of pieces, between which its slope jumps; the curvature of the one piece at x
+/// misses what the jumps contribute.
 MatrixXd hessian_over_errors(const SmoothFunction& function,
                              const VectorXd& x,
                              const VectorXd& gradient);

@@ -29,10 +29,10 @@ struct Finding {
     kTooFewObservations, kNoStart, kUndefinedDerivatives, kPerfectOnlyAtLimit, kSquaresKeepFalling,
     kLikelihoodKeepsRising, kLimitOfCurve, kUnboundedPower, kConfounded, kSteps, kNearlyConfounded,
     kDependentEstimates, kConfoundedVariances, kUnseenCorrelation, kNoMinimum, kStillChanging,
-    kStillChangingBy, kNoMaximumFound, kMaximumAway, kNoClearMode, kDivergedAway, kPerfectByFixedEffects,
-    kNoFirstStep, kSingleExact, kPerfectCurve, kSingularCorrelation, kBeyondMeasure,
-    kSaturated, kImpossibleError,
-    kInvalidAtFirstOrder, kNoModes, kInvalidForSample, kFirstOrderHigher, kContainedHigher,
+    kStillChangingBy, kNoMaximumFound, kMaximumAway, kNoClearMode, kDivergedAway,
+    kPerfectByFixedEffects, kNoFirstStep, kSingleExact, kPerfectCurve, kSingularCorrelation,
+    kBeyondMeasure, kSaturated, kImpossibleError, kInvalidAtFirstOrder, kNoModes,
+    kInvalidForSample, kFirstOrderHigher, kContainedHigher,
     kUnfinishedHigher, kUnfinishedFirstOrder, kLinearizationFar, kNoneFromStart, kRisesInwards,
     kHeldImpossible, kVanishingConstant, kVanishingStratum,
     // Before the result; the last finding comes first.
@@ -45,7 +45,8 @@ struct Finding {
     kTryKinks, kKinkUnsettled, kKinkUnsettledWithoutEffects, kTrySimpler, kTrySimplerOnly,
     kTryOtherMethod, kTryLeastSquares, kSingleObservations, kSingleObservationsOf, kEqualGroupings,
     kRemoveOneEffect, kRemoveOne, kUseAgq, kUseFocei, kSingular, kCorrelationEnd, kExactStratum,
-    kStratumOfFew, kAtKink, kPowerOfFew, kFloored, kFlooredPower, kExpectedErrors, kLinearizationDoubtful, kHigherOptimum, kLowerFromStart,
+    kStratumOfFew, kAtKink, kPowerOfFew, kFloored, kFlooredPower, kExpectedErrors,
+    kLinearizationDoubtful, kHigherOptimum, kLowerFromStart,
     kCloseOptimum, kAtBounds, kEndsAtBounds, kSampleStart, kParametersTaken, kFarColumn,
   };
   // clang-format on
