@@ -74,10 +74,10 @@ void check_start(const ModelSpecification& specification,
   }
 }
 
-/// Checks that each crossed term has several groups, and fewer random effects than there are rows.
+/// Checks that each term has several groups, and a crossed one fewer random effects than there are
+/// rows.
 /// \throws InputError that names the term, its groups and the rows
-void check_crossed_groups(const NonlinearModel& model) {
-  if (model.crossed() == nullptr) return;
+void check_groups(const NonlinearModel& model) {
   for (std::size_t t = 0; t < model.term_count(); ++t) {
     const RandomEffects& term = model.specification().random[t];
     const Index groups = model.group_count(t);
@@ -93,7 +93,7 @@ void check_crossed_groups(const NonlinearModel& model) {
                       model.group_labels(t).front()),
           place);
     }
-    if (effects >= model.observations()) {
+    if (model.crossed() != nullptr && effects >= model.observations()) {
       throw InputError(
           fmt::format("{}: {} groups have {} random effects, as many as the {} rows or more, so "
                       "that effects and residuals cannot be distinguished; remove effects, or use "
@@ -139,7 +139,7 @@ std::vector<ColumnRange> ranges_of(const NonlinearModel& model) {
 }
 
 FitResult described(const NonlinearModel& model, Method method, const FitModelOptions& options) {
-  check_crossed_groups(model);
+  check_groups(model);
   check_variance_columns(model);
   FitResult result{.fit = FittedModel(model.specification())};
   FittedModel& fit = result.fit;

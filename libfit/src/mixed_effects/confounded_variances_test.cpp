@@ -223,10 +223,17 @@ TEST_CASE("components in the space of the coefficients are not identifiable by R
   CHECK(at(two, own, 0.4, 0.0, true).names == Names{"sd(a)"});
   const data::Table more = lines({.stands = 3});
   CHECK(at(more, specified(more, "a | plot"), 0.4, 0.0, true).names.empty());
-  const FittedModel fit =
-      confounded_fit(one, specified(one, "a | plot"), Method::kLindstromBates, true);
+  const FittedModel fit = confounded_fit(two, own, Method::kLindstromBates, true);
   CHECK_FALSE(fit.convergence.converged());
   CHECK_THAT(fit.convergence.verdict(), Contains("sd(a) is not identifiable"));
+}
+
+TEST_CASE("the variance between groups needs several of them, as in lme4") {
+  const data::Table one = lines({.stands = 1, .trees = 12});
+  for (const Method method : {Method::kLindstromBates, Method::kLaplace}) {
+    CHECK_THROWS_WITH(confounded_fit(one, specified(one, "a | plot"), method),
+                      Contains("all 12 rows are in the group 'p0'"));
+  }
 }
 
 TEST_CASE("a variance function of a constant variable is confounded with sigma") {

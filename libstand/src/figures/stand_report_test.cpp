@@ -9,6 +9,7 @@
 #include "reference.hpp"
 #include "scratch_file.hpp"
 #include "silvafit/base/error.hpp"
+#include "test_support/inventory_test_support.hpp"
 #include "test_support/stand_test_support.hpp"
 
 using namespace silvafit::stand;
@@ -248,4 +249,20 @@ TEST_CASE("a note counts the thickest trees without height by plot") {
   CHECK_THAT(notes_in(stand_report(stand, {.plot_area_m2 = 200.0})), !Contains("thickest"));
   stand.h_m.clear();
   CHECK_THAT(notes_in(stand_report(stand, {.plot_area_m2 = 200.0})), !Contains("thickest"));
+}
+
+TEST_CASE("expansion factors that differ within a plot are not left aside") {
+  for (const std::string name : {"TPH", "stems_ha", "N/ha", "trees per ha", "TPA", "Arb_ha"}) {
+    const auto factors = [&](const std::string& second) {
+      return read_inventory_text("plot,tree,dbh," + name + "\n1,1,20,100\n1,2,40," + second + "\n")
+          .inventory;
+    };
+    CHECK(factors("100").factors.column == name);
+    CHECK_NOTHROW(stand_report(factors("100"), {.plot_area_m2 = 100.0}));
+    CHECK_THROWS_WITH(stand_report(factors("25"), {.plot_area_m2 = 100.0}),
+                      Contains("stand for different numbers of trees per ha, 100 and 25") &&
+                          Contains("`expansion=" + name + "`"));
+    CHECK_THROWS_WITH(stand_report(factors("100"), {}), Contains("`expansion=" + name + "`"));
+  }
+  CHECK(read_inventory_text("plot,dbh,mha\n1,20,3\n").inventory.factors.column.empty());
 }

@@ -172,6 +172,7 @@ void GrowthMaker::find_areas() {
   const bool needs_dbh =
       !options_.design.circles.empty() || options_.design.basal_area_factor > 0.0;
   if (!needs_dbh) living_.neighbor_only.clear();
+  if (options_.plot_area_m2 || !options_.units.windows.empty()) refuse_unused_factors(inventory_);
   if (options_.plot_area_m2) {
     areas = sampled_areas(living_, *options_.plot_area_m2);
   } else if (!options_.units.windows.empty()) {

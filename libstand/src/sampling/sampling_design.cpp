@@ -63,6 +63,7 @@ void SampleMaker::join() {
         {.file = design_.plots->file, .line = record.line, .column = "plot", .plot = record.plot});
   }
   note_unmatched();
+  if (uses_table_areas()) refuse_unused_factors(inventory_);
 }
 
 bool SampleMaker::uses_table_areas() const { return !design_.chooses_trees(); }

@@ -351,14 +351,22 @@ std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
   return found;
 }
 
+std::optional<double> degrees_of_field(std::size_t field,
+                                       const std::vector<std::string>& header,
+                                       const std::vector<std::string>& units) {
+  const auto below = field < units.size() ? degrees_of(units[field]) : std::nullopt;
+  return below ? below : degrees_of(header_parts(header[field]).other_unit);
+}
+
 ColumnMapping in_our_unit(ColumnMapping mapping,
                           const std::vector<std::string>& header,
                           const std::vector<std::string>& units) {
   const auto field = field_named(mapping.source, header);
   if (!field) return mapping;
-  const bool is_gon_below = *field < units.size() && is_gon(units[*field]);
-  if (mapping.name == "azimuth" && (is_gon_below || is_in_gon(mapping.source))) {
-    mapping.source = data::Expression::variable(mapping.source).text() + "*0.9";
+  const auto degrees = degrees_of_field(*field, header, units);
+  if (mapping.name == "azimuth" && degrees) {
+    mapping.source =
+        fmt::format("{}*{}", data::Expression::variable(mapping.source).text(), *degrees);
   }
   mapping.source = in_our_unit(mapping.name, mapping.source, unit_of_field(*field, header, units));
   return mapping;

@@ -28,6 +28,11 @@ std::optional<LengthUnit> unit_of_field(std::size_t field,
                                         const std::vector<std::string>& header,
                                         const std::vector<std::string>& units);
 
+/// The degrees of another unit of angles of a column, by its header or a row of units.
+std::optional<double> degrees_of_field(std::size_t field,
+                                       const std::vector<std::string>& header,
+                                       const std::vector<std::string>& units);
+
 /// The position in a header of a name in upper or lower case.
 std::optional<std::size_t> field_in_any_case(std::string_view name,
                                              const std::vector<std::string>& header);

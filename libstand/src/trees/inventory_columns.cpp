@@ -43,6 +43,7 @@ class Planner {
   void add_expansion(ColumnPlan& plan) const;
   std::optional<std::size_t> time_field() const;
   std::optional<std::size_t> tally_field(const ColumnPlan& plan) const;
+  std::optional<std::size_t> factor_field(const ColumnPlan& plan) const;
   std::vector<std::size_t> location_of_visits(const ColumnPlan& plan,
                                               const std::vector<ColumnMapping>& known) const;
   std::vector<std::size_t> unit_fields(const ColumnPlan& plan) const;
@@ -187,8 +188,7 @@ std::optional<std::size_t> Planner::genus_field(const ColumnPlan& plan) const {
 double Planner::full_circle(const std::string& column, const std::string& position) const {
   if (!is_read_as("azimuth", column)) return 0.0;
   if (position.find("/200)") != std::string::npos) return 400.0;
-  const ColumnMapping source{.name = "azimuth", .source = column};
-  return in_our_unit(source, header_, units_).source == column ? 360.0 : 400.0;
+  return 360.0 / degrees_of_field(*field_named(column), header_, units_).value_or(1.0);
 }
 
 void Planner::collect_expression_fields(ColumnPlan& plan) const {
@@ -280,7 +280,7 @@ std::optional<std::size_t> Planner::tally_field(const ColumnPlan& plan) const {
       "trees numtrees numberoftrees nooftrees numberofstems "
       "stuckzahl stammzahl baumzahl nombre effectif nbtiges nbarbres numerodearboles cantidad "
       "quantidade kpl runkoluku antal stamantal liczba pocet aantal adet 株数 株數 本数 "
-      "nha nperha treesperha stemsperha nb number qty quantity qtde qtd stk antall multiplicity";
+      "nb number qty quantity qtde qtd stk antall multiplicity";
   constexpr std::string_view kCounts =
       "n no nr nb num number nombre numero qty quantity cantidad antal antall anzahl";
   constexpr std::string_view kTrees =
@@ -307,6 +307,17 @@ std::optional<std::size_t> Planner::tally_field(const ColumnPlan& plan) const {
   return std::nullopt;
 }
 
+/// A column of expansion factors that is not used.
+std::optional<std::size_t> Planner::factor_field(const ColumnPlan& plan) const {
+  if (options_.trust_units || options_.has_expansion || !plan.expansion.empty()) {
+    return std::nullopt;
+  }
+  for (std::size_t field = 0; field < header_.size(); ++field) {
+    if (is_expansion_name(header_[field]) && !is_used(plan, header_[field])) return field;
+  }
+  return std::nullopt;
+}
+
 /// Fields that nothing reads. Columns that are only kept for models are among them.
 std::vector<std::size_t> Planner::unread_fields(const ColumnPlan& plan) const {
   std::vector<char> is_read(header_.size(), 0);
@@ -322,8 +333,11 @@ std::vector<std::size_t> Planner::unread_fields(const ColumnPlan& plan) const {
   }
   for (const Source& measure : plan.measures) note(measure.field);
   for (const ExpressionField& used : plan.expression_fields) is_read[used.field] = 1;
-  for (const auto& field :
-       {plan.time_field, plan.status_field, plan.tally_field, plan.genus_field}) {
+  for (const auto& field : {plan.time_field,
+                            plan.status_field,
+                            plan.tally_field,
+                            plan.factor_field,
+                            plan.genus_field}) {
     note(field);
   }
   note_all(plan.stem_fields);
@@ -380,6 +394,7 @@ ColumnPlan Planner::plan() {
                                place->source.find("ifelse") != std::string::npos;
   plan.location = location_of_visits(plan, known);
   plan.tally_field = tally_field(plan);
+  plan.factor_field = factor_field(plan);
   plan.genus_field = genus_field(plan);
   plan.unread = unread_fields(plan);
   const ColumnMapping* const azimuth = mapping_to("azimuth", options_.columns);

@@ -226,6 +226,7 @@ void InventoryReader::append(const InventoryRow& row, TreeStatus status) {
   if (plan_.genus_field && !is_missing(row.genus) && !is_missing(row.labels[kSpecies])) {
     genera_of_species_.add(row.labels[kSpecies], row.genus);
   }
+  if (!is_missing(row.factor)) factors_of_plots_.add(row.labels[kPlot], row.factor);
   if (options_.keeps_measurements && plan_.status_field) inventory.status.push_back(status);
   for (std::size_t i = 0; i < row.units.size(); ++i) {
     if (!is_missing(row.units[i])) shared_labels_[i].add(row.labels[kPlot], row.units[i]);
@@ -318,6 +319,7 @@ CheckedInventory InventoryReader::read() {
   Inventory& inventory = result_.inventory;
   inventory.file = file_;
   inventory.expansion = plan_.expansion;
+  if (plan_.factor_field) inventory.factors.column = csv_.header()[*plan_.factor_field];
   inventory.trusts_units = options_.trust_units;
   inventory.position_unit_m = meters_per_unit(plan_.measures[kX]);
   kept_rows_.clear();
@@ -334,6 +336,11 @@ CheckedInventory InventoryReader::read() {
   status_.require_one_meaning(file_);
   refuse_tally();
   refuse_epithets();
+  if (const auto plot = factors_of_plots_.first()) {
+    inventory.factors.plot = plot->label;
+    inventory.factors.first = plot->first;
+    inventory.factors.other = plot->other;
+  }
   if (of_ == BatchOf::kPlots) {
     for (SharedPlotLabels& shared : shared_labels_) shared.finish_plots();
   }

@@ -45,6 +45,7 @@ struct InventoryRow {
   std::string stem{};                ///< as time
   std::string location{};            ///< of the visits of a plot, in some known tables
   std::string genus{};               ///< as time
+  std::string factor{};              ///< as time
   std::string status{};              ///< as time
   std::string measured_plot{};       ///< with InventoryOptions::period: the plot, without the time
   /// Words of dead or cut trees, with their positions in ColumnPlan::unread.
@@ -150,6 +151,7 @@ class InventoryReader {
   std::vector<SharedPlotLabels> shared_labels_{};  ///< of ColumnPlan::unit_fields
   SharedPlotLabels plots_of_locations_{};
   SharedPlotLabels genera_of_species_{};
+  SharedPlotLabels factors_of_plots_{};  ///< values of ColumnPlan::factor_field
   RepeatedNumbers repeated_numbers_{};
   OddValues odd_values_{};
   std::size_t tally_rows_ = 0;     ///< with a number in ColumnPlan::tally_field

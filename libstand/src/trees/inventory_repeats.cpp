@@ -275,7 +275,8 @@ void InventoryReader::compare_trees() {
 /// Says, or asks, what the rows of one number are.
 void InventoryReader::explain_shared_numbers() {
   RepeatedNumbers& numbers = repeated_numbers_;
-  if (numbers.shared.empty()) return;
+  const bool are_of_one_time = plan_.time_field.has_value() && !numbers.are_alike;
+  if (numbers.shared.empty() || are_of_one_time) return;
   std::vector<std::size_t> fields = plan_.unread;
   fields.insert(fields.end(), plan_.unit_fields.begin(), plan_.unit_fields.end());
   const auto columns =
@@ -298,12 +299,15 @@ void InventoryReader::explain_shared_numbers() {
       column,
       tree);
   const bool may_be_wrong = numbers.are_alike && plan_.labels[kPlot].exists();
-  if (!may_be_wrong || plan_.time_field || options_.trust_units) return;
+  if (!may_be_wrong || options_.trust_units) return;
   throw InputError(
       fmt::format("{} several rows of one species and with nearly the same dbh, as measurements at "
-                  "several times have, but there is no column of the time{}; if all are trees of "
-                  "one time, use `trust_units=true`",
+                  "several times have, but {}{}; if all are trees of one time, use "
+                  "`trust_units=true`",
                   counted(numbers.shared.size(), "tree number has", "tree numbers have"),
+                  plan_.time_field ? fmt::format("the column {} has one time for them",
+                                                 csv_.header()[*plan_.time_field])
+                                   : std::string("there is no column of the time"),
                   numbers.advice),
       {.file = file_, .column = plan_.labels[kTree].text});
 }

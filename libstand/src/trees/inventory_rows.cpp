@@ -195,6 +195,7 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
     row.location += fmt::format("{}{}", row.location.empty() ? "" : "-", fields[field]);
   }
   if (plan_.status_field) row.status = data::trimmed(fields[*plan_.status_field]);
+  if (plan_.factor_field) row.factor = data::trimmed(fields[*plan_.factor_field]);
   count_tally(fields);
   row.status_words.clear();
   const bool may_lack_status = options_.keeps_measurements && !plan_.status_field;

@@ -486,8 +486,15 @@ std::string plot_area_column(const std::vector<std::string>& header) {
 std::string offer_of_area_column(const Inventory& inventory) {
   const std::string& column = inventory.area_column;
   const NumberColumn* area = area_named(column);
-  if (area == nullptr) return {};
-  std::string offer = fmt::format(
+  std::string offer;
+  if (!inventory.factors.column.empty()) {
+    offer = fmt::format(
+        "; if {0} is the number of trees per ha that a row stands for, use "
+        "`expansion={0}`",
+        inventory.factors.column);
+  }
+  if (area == nullptr) return offer;
+  offer += fmt::format(
       ", or read it from column '{}' of this file with `plots={}`", column, inventory.file);
   const std::string key = folded_letters(column);
   const bool has_unit = area->unit != 1.0 || key.ends_with("m2") || key.ends_with("qm");
@@ -495,6 +502,20 @@ std::string offer_of_area_column(const Inventory& inventory) {
     offer += fmt::format("; if it is in ha, with `plots_columns=area=`{}`*10000`", column);
   }
   return offer;
+}
+
+void refuse_unused_factors(const Inventory& inventory) {
+  const Inventory::UnusedFactors& factors = inventory.factors;
+  if (factors.plot.empty()) return;
+  throw InputError(
+      fmt::format("trees stand for different numbers of trees per ha, {} and {}, if the column {} "
+                  "has these; use `expansion={}`, or, if every row is one tree of the whole plot, "
+                  "`trust_units=true`",
+                  factors.first,
+                  factors.other,
+                  factors.column,
+                  factors.column),
+      {.file = inventory.file, .column = factors.column, .plot = factors.plot});
 }
 
 }  // namespace silvafit::stand

@@ -31,6 +31,16 @@ std::string twice(const char* column, bool are_same_trees) {
   return text;
 }
 
+/// The table with one year in all rows.
+std::string with_year(std::string text) {
+  for (std::size_t at = text.find('\n'); at != std::string::npos; at = text.find('\n', at + 1)) {
+    const std::string year = at == text.find('\n') ? ",year" : ",2020";
+    text.insert(at, year);
+    at += year.size();
+  }
+  return text;
+}
+
 }  // namespace
 
 TEST_CASE("rows that differ in any column are different trees, equal ones are copies") {
@@ -60,6 +70,10 @@ TEST_CASE("trees that come again with nearly the same dbh need a time") {
                         Contains("the column campaign_no tells them apart") &&
                         Contains("`columns=year=campaign_no`"));
   CHECK(trees_in(again, {.trust_units = true}) == 24);
+  // A column that has one time only is not that of the measurements.
+  CHECK_THROWS_WITH(
+      read_inventory_text(with_year(twice("date", true))),
+      Contains("but the column year has one time for them; the column date tells them apart"));
   const CheckedInventory parts = read_inventory_text(twice("half", false));
   CHECK(parts.inventory.size() == 24);
   CHECK(has_note(parts, "`columns=tree=half+tree`"));

@@ -236,14 +236,17 @@ RepeatedTrees repeated_trees(const Inventory& inventory,
     if (rows.size() == 1) continue;
     same_id.begin(rows);
     bool is_shared = false;
+    std::vector<std::size_t> of_one_time;
     for (const std::size_t row : rows) {
       RepeatedTree tree = same_id.add(row);
+      if (!tree.is_same_tree) of_one_time.push_back(row);
       if (row == rows.front()) continue;
       const bool has_time = times.size() != 0 && !times.is_missing(row);
-      is_shared = is_shared || (!has_time && (tree.is_of_unknown_time || tree.is_same_place));
+      is_shared = is_shared ||
+                  (has_time ? !tree.is_same_tree : tree.is_of_unknown_time || tree.is_same_place);
       repeated.push_back(std::move(tree));
     }
-    if (is_shared) result.shared_numbers.emplace_back(rows.begin(), rows.end());
+    if (is_shared) result.shared_numbers.push_back(std::move(of_one_time));
   }
   if (repeated.empty()) return result;
   std::ranges::sort(repeated, {}, &RepeatedTree::row);

@@ -4,6 +4,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <string>
 
@@ -98,6 +99,15 @@ TEST_CASE("positions are made of azimuth and distance") {
   CHECK(read_inventory_text(both).inventory.x.at(0) == 1.0);
   CHECK(read_inventory_text(both, with_columns("azimuth=azimuth")).inventory.x.at(0) ==
         Approx(10.0).margin(kRounding));
+  // A quarter of a circle in each unit.
+  for (const auto& [unit, quarter] : std::map<std::string, std::string>{
+           {"gon", "100"}, {"gr", "100"}, {"g", "100"}, {"mil", "1600"}, {"deg", "90"}}) {
+    INFO(unit);
+    const std::string text = "dbh,azimuth (" + unit + "),distance\n20," + quarter + ",10\n";
+    CHECK(read_inventory_text(text).inventory.x.at(0) == Approx(10.0).margin(kRounding));
+  }
+  CHECK(read_inventory_text("dbh,azimuth (rad),distance\n20,1.5707963267948966,10\n")
+            .inventory.x.at(0) == Approx(10.0).margin(kRounding));
   CHECK_THROWS_WITH(read_inventory_text("dbh,azimuth,distance\n20,90,10\n20,390,5\n"),
                     Contains(":3") && Contains("azimuth=azimuth*0.9"));
   CHECK_THROWS_WITH(read_inventory_text("dbh,azimuth,distance\n20,90,10\n20,-90,5\n"),

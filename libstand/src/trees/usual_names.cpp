@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <numbers>
 #include <vector>
 
 #include "silvafit/base/words.hpp"
@@ -126,10 +127,11 @@ std::optional<double> factor_of_unit(std::string_view before, std::string_view a
 }
 
 /// Units that no measure has.
-bool is_other_unit(std::string_view text) {
-  constexpr std::string_view kOthers =
-      "% ° deg degree degrees grad gon gons neugrad grade grades m3 m³ years";
-  return has_word(kOthers, text) || square_meters(text).has_value();
+bool is_other_unit(std::string_view text, bool is_in_brackets) {
+  constexpr std::string_view kOthers = "% ° deg degree degrees grad m3 m³ years";
+  // Outside of brackets g is the basal area, and rad a radius.
+  const bool is_name = !is_in_brackets && has_word("g rad", text);
+  return has_word(kOthers, text) || square_meters(text) || (degrees_of(text) && !is_name);
 }
 
 /// The word of a header that is its unit: one in brackets, else the last word, else a word that can
@@ -144,7 +146,7 @@ std::optional<HeaderWord> unit_word(std::string_view text) {
     const std::string_view own = text.substr(word.begin, word.end - word.begin);
     const bool is_last = i + 1 == words.size();
     const std::optional<LengthUnit> unit = unit_of_length(own);
-    if (!unit && !is_other_unit(own)) continue;
+    if (!unit && !is_other_unit(own, word.is_in_brackets)) continue;
     const bool can_be_height = unit && (unit->name == "m" || unit->name == "ft");
     if (can_be_height && ends_with_height(text.substr(0, word.begin))) continue;
     // "BHD in cm"
@@ -217,6 +219,23 @@ bool is_per_acre(std::string_view header) {
   return false;
 }
 
+bool is_expansion_name(std::string_view header) {
+  constexpr std::string_view kNames =
+      "tph sph spha expf expfac expfactor expansion expansionfactor expfact treefactor treeexpf "
+      "treeexpansion factorexpansion factordeexpansion fatordeexpansao facteurdextension nhat";
+  constexpr std::string_view kTrees =
+      "n no num number tree trees stem stems arb arbre arbres arbol arboles arvore arvores tige "
+      "tiges baum baume stamm stamme stk ind individuals individuos";
+  const std::string letters = folded_letters(header);
+  if (has_word(kNames, letters) || has_word(kPerAcreNames, letters)) return true;
+  for (const std::string_view end :
+       {"perhectare", "perha", "porha", "parha", "proha", "ha", "peracre", "perac", "acre", "ac"}) {
+    if (!letters.ends_with(end)) continue;
+    if (has_word(kTrees, letters.substr(0, letters.size() - end.size()))) return true;
+  }
+  return false;
+}
+
 HeaderParts header_parts(std::string_view header) {
   std::string text = folded(header);
   // R replaces signs by dots, so that "DBH (cm)" becomes "DBH..cm.".
@@ -254,9 +273,12 @@ std::optional<LengthUnit> unit_in_header(std::string_view header) {
   return header_parts(header).unit;
 }
 
-bool is_in_gon(std::string_view header) { return is_gon(header_parts(header).other_unit); }
-
-bool is_gon(std::string_view unit) { return has_word("gon gons neugrad grade grades", unit); }
+std::optional<double> degrees_of(std::string_view unit) {
+  if (has_word("gon gons neugrad grade grades gr g grads gradian gradians", unit)) return 0.9;
+  if (has_word("mil mils", unit)) return 360.0 / 6400.0;
+  if (has_word("rad radian radians", unit)) return 180.0 / std::numbers::pi;
+  return std::nullopt;
+}
 
 std::optional<MeantName> meant_name(std::string_view header) {
   const HeaderParts parts = header_parts(header);

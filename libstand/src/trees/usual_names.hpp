@@ -44,6 +44,8 @@ inline constexpr std::string_view kPerAcreNames =
 /// Whether a header is one of them or has such a unit, as in `N per acre` and `EXPF (1/ac)`.
 bool is_per_acre(std::string_view header);
 inline constexpr double kPerAcre = 1e4 / kSquareMetersPerAcre;
+/// Whether a header is a usual name of the trees per hectare or acre that a row stands for.
+bool is_expansion_name(std::string_view header);
 
 /// The square meters of a unit of area, such as ha or ac; none if it is not one.
 std::optional<double> square_meters(std::string_view unit);
@@ -52,9 +54,8 @@ std::optional<double> square_meters(std::string_view unit);
 /// or `d/mm`; none if there is no unit.
 std::optional<LengthUnit> unit_in_header(std::string_view header);
 
-/// Whether the header of an angle has the unit gon, 400 of which are a circle.
-bool is_in_gon(std::string_view header);
-bool is_gon(std::string_view unit);
+/// The degrees of a unit of angles other than degrees: gon (400 a circle), mil (6400) or radian.
+std::optional<double> degrees_of(std::string_view unit);
 
 /// The unit of length that a text names, in words or as its symbol.
 std::optional<LengthUnit> unit_of_length(std::string_view text);

@@ -91,6 +91,14 @@ struct Inventory {
   /// has one of known meaning (FIA's TPA_UNADJ); kept only with InventoryOptions::keeps_expansion.
   std::string expansion{};
 
+  /// A column of the file that may have such numbers, but is not used.
+  struct UnusedFactors {
+    std::string column{};  ///< empty if there is none
+    std::string plot{};    ///< with trees of two numbers, `first` and `other`; else empty
+    std::string first{};
+    std::string other{};
+  } factors{};
+
   bool trusts_units = false;     ///< InventoryOptions::trust_units
   double position_unit_m = 1.0;  ///< meters of a unit of x and y in the file
   /// Whether x and y are from the center of plots, computed from the subplots of FIA's trees.
