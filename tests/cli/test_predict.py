@@ -355,7 +355,7 @@ class Libraries(ProgramTest):
         error = self.predict("species,dbh,h_pred\nSM,20,1\n", status=3)
         self.assertIn("h_pred", error)
         error = self.predict("species,dbh\nSM,20\n", "--role", "ols", status=2)
-        self.assertIn("no converged model with the role ols; available: nlme", error)
+        self.assertIn("no converged model with the role ols; choose one with --role: nlme", error)
         self.library["models"][0]["fit"]["sigma"] = "x"
         error = self.predict("species,dbh\nSM,20\n", status=3)
         self.assertIn("library.json: models[0].fit.sigma: must be a number", error)

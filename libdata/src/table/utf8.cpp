@@ -113,9 +113,20 @@ std::string advice(std::string_view likely, std::string_view encoding, const std
 }  // namespace
 
 std::string advice_on_encoding(std::string_view bytes, const std::string& file) {
-  return looks_chinese(bytes)
-             ? advice("the file is likely GB18030 (Chinese)", "GB18030", file)
-             : advice("the file is likely Windows-1252 or Latin-1", "CP1252", file);
+  if (looks_chinese(bytes)) {
+    return advice("the file is likely GB18030 (Chinese)", "GB18030", file);
+  }
+  // Windows-1252 has no characters for these.
+  const std::size_t other = bytes.find_first_of("\x81\x8D\x8F\x90\x9D");
+  if (other != std::string_view::npos) {
+    return fmt::format(
+        "the file is neither UTF-8 nor Windows-1252 (byte 0x{:02X}); save it as \"CSV UTF-8\" with "
+        "the program that wrote it, or convert it from its encoding, such as MACINTOSH or "
+        "SHIFT_JIS: {}",
+        static_cast<unsigned char>(bytes[other]),
+        command("ENCODING", file));
+  }
+  return advice("the file is likely Windows-1252 or Latin-1", "CP1252", file);
 }
 
 bool looks_like_utf16(std::string_view text) {

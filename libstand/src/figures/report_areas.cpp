@@ -117,8 +117,10 @@ void ReportMaker::count_trees_without_window(const Inventory& inventory,
   plots_without_window_count_ += windows.plots_without_window.size();
   plots_without_window_.add(windows.plots_without_window);
   for (std::size_t tree = 0; tree < inventory.size(); ++tree) {
-    const bool has_position = !std::isnan(inventory.x[tree]) && !std::isnan(inventory.y[tree]);
-    if (has_position && windows.window_of(inventory, tree) == nullptr) ++without_window_;
+    const bool is_counted = !inventory.is_neighbor_only(tree) &&
+                            !std::isnan(inventory.dbh_cm[tree]) && !std::isnan(inventory.x[tree]) &&
+                            !std::isnan(inventory.y[tree]);
+    if (is_counted && windows.window_of(inventory, tree) == nullptr) ++without_window_;
   }
 }
 

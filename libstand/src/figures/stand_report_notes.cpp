@@ -132,12 +132,11 @@ void ReportMaker::note_plots_left_out() {
   if (names.empty()) return;
   note({fmt::format(
       "plot {} {} treated as unknown and not counted, because all {} rows were skipped, or lack a "
-      "dbh or a position. For "
-      "an empty plot, remove {} rows from the file and give {} window with the plot's name",
+      "dbh or a position. For an empty plot, remove these rows from the file and list the plot in "
+      "a "
+      "table of `plots`, or give a window with its name",
       data::list_of(names),
       names.size() == 1 ? "is" : "are",
-      names.size() == 1 ? "its" : "their",
-      names.size() == 1 ? "its" : "their",
       names.size() == 1 ? "its" : "their")});
 }
 

@@ -264,5 +264,15 @@ TEST_CASE("expansion factors that differ within a plot are not left aside") {
                           Contains("`expansion=" + name + "`"));
     CHECK_THROWS_WITH(stand_report(factors("100"), {}), Contains("`expansion=" + name + "`"));
   }
+  // 404.7 m2 an acre: 20 trees per acre are 49.4 per hectare.
+  const CheckedInventory acres =
+      read_inventory_text("plot,tree,dbh,exp_ac\n1,1,20,20\n", {.keep = {"exp_ac"}});
+  CHECK(stand_report(acres.inventory, {.design = {.expansion = "exp_ac"}})
+            .areas.at(0)
+            .figures.stems_per_ha == Approx(20 / 0.40468564224).epsilon(1e-12));
+  const CheckedInventory factor =
+      read_inventory_text("plot,tree,dbh,BAF\n1,1,20,4\n", {.keep = {"BAF"}});
+  CHECK_THROWS_WITH(stand_report(factor.inventory, {.design = {.expansion = "BAF"}}),
+                    Contains("use `angle_count`"));
   CHECK(read_inventory_text("plot,dbh,mha\n1,20,3\n").inventory.factors.column.empty());
 }

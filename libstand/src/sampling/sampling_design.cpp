@@ -76,6 +76,10 @@ void SampleMaker::find_expansions() {
     throw InputError(data::no_such_column(design_.expansion, other.names()),
                      {.file = inventory_.file, .column = "`expansion`"});
   }
+  if (has_word("baf basalareafactor zahlfaktor zf", folded_letters(design_.expansion))) {
+    throw UsageError("a basal area factor is no number of trees; use `angle_count` with its value",
+                     {.column = "`expansion`"});
+  }
   std::vector<data::TextCell> texts;
   expansions_ = data::numbers_of(
       other,

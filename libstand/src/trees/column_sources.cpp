@@ -16,6 +16,7 @@
 #include "silvafit/data/text_formula.hpp"
 #include "silvafit/stand/inventory.hpp"
 #include "trees/known_tables.hpp"
+#include "trees/status_words.hpp"
 #include "trees/usual_names.hpp"
 
 namespace silvafit::stand {
@@ -405,6 +406,11 @@ std::optional<std::string> status_column(const std::vector<std::string>& header,
   }
   if (const auto known = known_status_column(header)) return known;
   if (const auto field = usual_field(kStatus, header, file)) return header[*field];
+  const auto named = std::ranges::find_if(header, [](const std::string& column) {
+    const auto of_header = status_of_header(column);
+    return of_header && of_header->is_clear;
+  });
+  if (named != header.end()) return *named;
   const char* const given = !codes.alive.empty()           ? "`alive_codes`"
                             : !codes.dead.empty()          ? "`dead_codes`"
                             : !codes.cut.empty()           ? "`cut_codes`"

@@ -66,6 +66,25 @@ class Planner {
   std::vector<ColumnMapping> usual_{};
 };
 
+/// Whether a name says that it counts trees: `trees`, `number_of_trees`, `No. of trees`.
+bool counts_trees(std::string_view letters) {
+  constexpr std::string_view kCounts =
+      "n no nr nb num number nombre numero qty quantity cantidad antal antall anzahl";
+  constexpr std::string_view kTrees =
+      "trees arboles arvores arbres pies baume individuals individuos plants treecount "
+      "stammzahl baumzahl stamantal";
+  if (has_word(kTrees, letters)) return true;
+  for (std::size_t length = letters.size(); length-- > 1;) {
+    std::string_view rest = letters.substr(length);
+    if (!has_word(kCounts, letters.substr(0, length))) continue;
+    for (const std::string_view joint : {"of", "de"}) {
+      if (rest.starts_with(joint)) rest.remove_prefix(joint.size());
+    }
+    if (has_word(kTrees, rest)) return true;
+  }
+  return false;
+}
+
 /// Field of the column that is mapped to a name; none if there is no such mapping.
 std::optional<std::size_t> Planner::mapped_field(std::string_view name) const {
   const ColumnMapping* const mapping = mapping_to(name, options_.columns);
@@ -276,26 +295,10 @@ std::vector<std::size_t> Planner::location_of_visits(
 /// numbers and positions are no classes.
 std::optional<std::size_t> Planner::tally_field(const ColumnPlan& plan) const {
   constexpr std::string_view kNames =
-      "n count counts frequency freq ntrees treecount nstems stemcount stems tally anzahl "
-      "trees numtrees numberoftrees nooftrees numberofstems "
-      "stuckzahl stammzahl baumzahl nombre effectif nbtiges nbarbres numerodearboles cantidad "
-      "quantidade kpl runkoluku antal stamantal liczba pocet aantal adet 株数 株數 本数 "
+      "n count counts frequency freq tally anzahl nstems stemcount stems nst numberofstems "
+      "stuckzahl stuck stuckz effectif nbtiges tiges cantidad abundance abundancia abundancia "
+      "quantidade kpl runkoluku lukumaara antal liczba pocet aantal adet 株数 株數 本数 "
       "nb number qty quantity qtde qtd stk antall multiplicity";
-  constexpr std::string_view kCounts =
-      "n no nr nb num number nombre numero qty quantity cantidad antal antall anzahl";
-  constexpr std::string_view kTrees =
-      "stems trees arboles arvores arbres tiges baume stamme individuals individuos";
-  const auto counts_trees = [&](std::string_view letters) {
-    for (std::size_t length = letters.size(); length-- > 1;) {
-      std::string_view rest = letters.substr(length);
-      if (!has_word(kCounts, letters.substr(0, length))) continue;
-      for (const std::string_view joint : {"of", "de"}) {
-        if (rest.starts_with(joint)) rest.remove_prefix(joint.size());
-      }
-      if (has_word(kTrees, rest)) return true;
-    }
-    return false;
-  };
   const bool are_placed = plan.measures[kX].exists() && plan.measures[kY].exists();
   const bool is_of_trees = plan.labels[kTree].exists() && are_placed;
   if (is_of_trees || options_.trust_units || options_.has_expansion) return std::nullopt;
@@ -394,6 +397,8 @@ ColumnPlan Planner::plan() {
                                place->source.find("ifelse") != std::string::npos;
   plan.location = location_of_visits(plan, known);
   plan.tally_field = tally_field(plan);
+  plan.tally_counts_trees =
+      plan.tally_field && counts_trees(folded_letters(header_[*plan.tally_field]));
   plan.factor_field = factor_field(plan);
   plan.genus_field = genus_field(plan);
   plan.unread = unread_fields(plan);

@@ -81,6 +81,7 @@ struct ColumnPlan {
   std::vector<std::size_t> location{};
   std::optional<std::size_t> status_field{};         ///< alive, dead, cut
   std::optional<std::size_t> tally_field{};          ///< that may be the number of trees of a row
+  bool tally_counts_trees = false;                   ///< by its name, not stems or anything
   std::optional<std::size_t> factor_field{};         ///< that may be the trees per ha of a row
   std::optional<std::size_t> genus_field{};          ///< beside a column of species
   std::vector<std::size_t> unread{};                 ///< fields that nothing reads, or only keeps

@@ -73,12 +73,12 @@ void InventoryReader::refuse_plots_without_column() const {
       {.file = result_.inventory.file});
 }
 
-/// Numbers of trees are whole and mostly above 1, and 0 is one of no tree. Without numbers of the
-/// trees themselves, any other number than 1 is one.
+/// Numbers of trees are whole and mostly above 1, and 0 is one of no tree. Where trees have no
+/// numbers of their own, or the column names trees, any other number than 1 is one.
 void InventoryReader::refuse_tally() const {
-  const bool is_tally = plan_.labels[kTree].exists()
-                            ? 2 * tally_several_ > tally_rows_ || tally_none_ > 0
-                            : tally_others_ > 0;
+  const bool may_be_of_stems = plan_.labels[kTree].exists() && !plan_.tally_counts_trees;
+  const bool is_tally =
+      may_be_of_stems ? 2 * tally_several_ > tally_rows_ || tally_none_ > 0 : tally_others_ > 0;
   if (!plan_.tally_field || !is_tally) return;
   const std::string& name = csv_.header()[*plan_.tally_field];
   throw InputError(

@@ -85,6 +85,13 @@ void InventoryReader::exclude(const InventoryRow& row,
                               .reason = std::move(reason)});
 }
 
+bool InventoryReader::is_sum(std::string_view label) const {
+  return is_summary_label(label, [this](std::string_view plot) {
+    return plot == last_plot_ ||
+           result_.inventory.plot.code_of(plot) != data::TextColumn::kMissingCode;
+  });
+}
+
 bool InventoryReader::exclude_if_unlabeled(const InventoryRow& row) {
   bool excluded = false;
   for (const Label label : {kPlot, kTree}) {
@@ -96,7 +103,8 @@ bool InventoryReader::exclude_if_unlabeled(const InventoryRow& row) {
     excluded = true;
   }
   for (const Label label : {kPlot, kTree, kSpecies}) {
-    if (!is_summary_label(row.labels[label], label == kSpecies)) continue;
+    const std::string& text = row.labels[label];
+    if (!(label == kSpecies ? is_summary_label(text, true) : is_sum(text))) continue;
     exclude(
         row, plan_.labels[label].text, row.labels[label], "a row of sums or means is not a tree");
     excluded = true;
@@ -183,7 +191,13 @@ void InventoryReader::accept_or_exclude(InventoryRow& row) {
   if (excluded) {
     ++result_.excluded_tree_count;
     keep_time(row);
+    if (row.heading.empty()) return;
+    heading_line_ = row.line;
+    heading_ = row.heading;
     return;
+  }
+  if (heading_line_ > 0) {
+    throw InputError("the line " + heading_, {.file = file_, .line = heading_line_});
   }
   has_cw_from_radii_ = has_cw_from_radii_ || is_cw_from_radii;
   if (status == TreeStatus::kAlive) {
@@ -207,6 +221,7 @@ void InventoryReader::append(const InventoryRow& row, TreeStatus status) {
   inventory.contents.push_back(row.content);
   kept_rows_.push_back(row_count_ - rows_before_ - 1);
   inventory.plot.append(row.labels[kPlot]);
+  last_plot_ = row.labels[kPlot];
   inventory.tree.append(row.labels[kTree]);
   if (data::is_missing_number(row.labels[kSpecies])) {
     inventory.species.append_missing();
@@ -258,7 +273,7 @@ void InventoryReader::find_plots_left_out() {
   Inventory& inventory = result_.inventory;
   std::unordered_set<std::string_view> seen;
   for (const ExcludedRow& row : result_.excluded) {
-    const bool is_unknown = row.is_problem && !is_missing(row.plot) && !is_summary_label(row.plot);
+    const bool is_unknown = row.is_problem && !is_missing(row.plot) && !is_sum(row.plot);
     if (!is_unknown || !seen.insert(row.plot).second) continue;
     if (inventory.plot.code_of(row.plot) != data::TextColumn::kMissingCode) continue;
     inventory.plots_left_out.push_back(row.plot);
@@ -331,8 +346,9 @@ CheckedInventory InventoryReader::read() {
     for (std::size_t i = 0; i < block_size_; ++i) accept_or_exclude(block_[i]);
   }
   require_clear_marks();
-  refuse_shortened_labels(inventory.plot, "plot", plan_.labels[kPlot].text, file_);
-  refuse_shortened_labels(inventory.tree, "tree", plan_.labels[kTree].text, file_);
+  refuse_unusable_labels(inventory.plot, "plot", plan_.labels[kPlot].text, file_);
+  refuse_unusable_labels(inventory.tree, "tree", plan_.labels[kTree].text, file_);
+  refuse_unusable_labels(inventory.species, "species", plan_.labels[kSpecies].text, file_);
   status_.require_one_meaning(file_);
   refuse_tally();
   refuse_epithets();

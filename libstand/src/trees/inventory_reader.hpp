@@ -46,6 +46,7 @@ struct InventoryRow {
   std::string location{};            ///< of the visits of a plot, in some known tables
   std::string genus{};               ///< as time
   std::string factor{};              ///< as time
+  std::string heading{};             ///< why the row may be a heading of the rows below it
   std::string status{};              ///< as time
   std::string measured_plot{};       ///< with InventoryOptions::period: the plot, without the time
   /// Words of dead or cut trees, with their positions in ColumnPlan::unread.
@@ -112,6 +113,7 @@ class InventoryReader {
   void complete(InventoryRow& row) const;
   bool exclude_if_unlabeled(const InventoryRow& row);
   void append(const InventoryRow& row, TreeStatus status);
+  bool is_sum(std::string_view label) const;
   void exclude(const InventoryRow& row, std::string column, std::string value, std::string reason);
   std::vector<std::string> sources_of_others() const;
   void read_other_columns();
@@ -169,8 +171,11 @@ class InventoryReader {
   SpeciesSpellings spellings_{};
   std::vector<StatusWords> unread_{};  ///< of ColumnPlan::unread, and of species without a status
   std::vector<std::string> plots_of_dead_{};  ///< without a living tree so far
-  std::size_t empty_plots_ = 0;               ///< rows with an empty plot below a filled one
-  std::size_t empty_plots_run_ = 0;           ///< the last such rows
+  std::string last_plot_{};                   ///< of the last tree, also of an earlier part
+  std::size_t heading_line_ = 0;              ///< of the last heading, before any further tree
+  std::string heading_{};
+  std::size_t empty_plots_ = 0;      ///< rows with an empty plot below a filled one
+  std::size_t empty_plots_run_ = 0;  ///< the last such rows
   bool has_run_of_empty_plots_ = false;
 };
 

@@ -279,10 +279,15 @@ void InventoryReader::explain_shared_numbers() {
   if (numbers.shared.empty() || are_of_one_time) return;
   std::vector<std::size_t> fields = plan_.unread;
   fields.insert(fields.end(), plan_.unit_fields.begin(), plan_.unit_fields.end());
-  const auto columns =
-      is_of_table()
-          ? distinguishing_columns(prepared_.table, options_.missing, fields, numbers.shared)
-          : std::vector<DistinguishingColumn>();
+  auto columns = is_of_table() ? distinguishing_columns(
+                                     prepared_.table, options_.missing, fields, numbers.shared)
+                               : std::vector<DistinguishingColumn>();
+  // Times and parts recur from tree to tree; measurements differ by accident.
+  std::size_t rows = 0;
+  for (const LabelParts& number : numbers.shared) rows += number.rows.size();
+  std::erase_if(columns, [&](const DistinguishingColumn& column) {
+    return numbers.shared.size() > 1 && 2 * column.distinct > rows;
+  });
   const auto text_of = [](const std::string& name) {
     return data::Expression::variable(name).text();
   };

@@ -9,7 +9,9 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/program.hpp"
 #include "silvafit/data/row_contents.hpp"
+#include "silvafit/stand/similar_plots.hpp"
 #include "trees/inventory_reader.hpp"
+#include "trees/usual_names.hpp"
 
 namespace silvafit::stand {
 
@@ -69,6 +71,15 @@ double InventoryReader::number_in(std::size_t position,
     return data::kMissing;
   }
   refuse_other_marks(text, column);
+  // Letters such as x are marks, too.
+  const bool is_name = text.size() > 2 && (meant_name(text) || is_summary_label(text));
+  if (is_name && text != csv_.header()[position]) {
+    row.heading = fmt::format(
+        "has '{}' in the column {}, as headings of another table have; put "
+        "what begins there into a file of its own",
+        text,
+        column);
+  }
   row.unreadable.push_back(
       {.column = column,
        .value = std::string(text),
@@ -169,8 +180,24 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
                                std::size_t position) {
   row.line = csv_.line();
   row.content = 0;
+  row.heading.clear();
+  std::size_t filled = 0;
+  std::string_view last;
   for (const std::string_view field : fields) {
-    row.content = data::content_with(row.content, data::trimmed(field));
+    const std::string_view text = data::trimmed(field);
+    row.content = data::content_with(row.content, text);
+    if (text.empty()) continue;
+    ++filled;
+    last = text;
+  }
+  // Two columns are too few to tell a heading from a row without measures.
+  double ignored = 0.0;
+  const bool is_alone = filled == 1 && fields.size() > 2 && !data::parse_number(last, ignored);
+  if (is_alone && !plan_.labels[kPlot].exists()) {
+    row.heading = fmt::format(
+        "has only the text '{}', as headings of plots have, but there is no "
+        "column plot; give each row its plot in a column",
+        last);
   }
   row.unreadable.clear();
   for (std::size_t i = 0; i < kLabelCount; ++i) {

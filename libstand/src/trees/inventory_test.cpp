@@ -301,6 +301,12 @@ TEST_CASE("a tally is not taken for trees, nor rows of sums and means") {
   InventoryOptions trusting;
   trusting.trust_units = true;
   CHECK(read_inventory_text(tally, trusting).inventory.size() == 2);
+  // A name that counts trees needs no majority.
+  for (const std::string name : {"number_of_trees", "individuals", "Baumzahl"}) {
+    CHECK_THROWS_WITH(
+        read_inventory_text("plot,tree," + name + ",dbh\n1,1,1,20\n1,2,1,22\n1,3,40,12\n"),
+        Contains("the column " + name + " may be the number of trees"));
+  }
   // Rows may be numbered, too; one tree a row is no tally.
   const std::string numbered = "plot,Nr,species,dbh,Stammzahl\nA,1,Fi,20,300\nA,2,Fi,30,110\n";
   CHECK_THROWS_WITH(read_inventory_text(numbered), Contains("column Stammzahl may be the number"));

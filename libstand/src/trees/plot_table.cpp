@@ -449,7 +449,10 @@ PlotTable PlotTableReader::read() {
     record.estimation_unit = text("estimation_unit", row);
     record.time = text(time, row);
     if (record.plot.empty()) problem(row, sources_.find("plot")->second, "the plot is missing");
-    if (is_summary_label(record.plot)) {
+    const auto is_plot = [this](std::string_view plot) {
+      return std::ranges::find(result_.plots, plot, &PlotRecord::plot) != result_.plots.end();
+    };
+    if (is_summary_label(record.plot, is_plot)) {
       problem(row, sources_.find("plot")->second, "a row of sums or means is not a plot");
     }
     if (!repeats(record, row)) result_.plots.push_back(std::move(record));

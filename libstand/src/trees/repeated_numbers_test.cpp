@@ -101,6 +101,35 @@ TEST_CASE("labels that a spreadsheet has shortened are refused") {
   CHECK(trees_in("plot,tree,dbh\nE+1,1,20\n1.5E+1,2,21\n") == 2);
 }
 
+TEST_CASE("headings and sums between the rows of a table are neither trees nor plots") {
+  for (const char* const label : {"A Average",
+                                  "A Max",
+                                  "Total A",
+                                  "Plot A total",
+                                  "Mean A",
+                                  "TOTAL PARCELA A",
+                                  "Grand Average",
+                                  "Subtotal plot A"}) {
+    INFO(label);
+    const CheckedInventory read =
+        read_inventory_text(fmt::format("plot,tree,dbh\nA,1,20\nA,2,22\n{},,21\n", label));
+    CHECK(read.inventory.size() == 2);
+    CHECK(read.inventory.plots_left_out.empty());
+  }
+  CHECK_THROWS_WITH(
+      trees_in("plot,tree,species,dbh\nA,1,P,20\n,,,\nPlot,n,,mean dbh\nA,1,,20\n"),
+      Contains(":4: the line has 'mean dbh' in the column dbh") && Contains("file of its own"));
+  // The same header again is only skipped.
+  CHECK(trees_in("plot,tree,dbh\nA,1,20\nplot,tree,dbh\nA,2,21\n") == 2);
+  CHECK_THROWS_WITH(trees_in("tree,species,dbh\nPlot A,,\n1,P,20\nPlot B,,\n2,P,30\n"),
+                    Contains(":2: the line has only the text 'Plot A'"));
+  CHECK(trees_in("tree,species,dbh\n1,P,20\n2,P,30\nSource: own survey,,\n") == 2);
+  for (const char* const mark : {"\"\"\"\"", "do.", "''", "ditto"}) {
+    CHECK_THROWS_WITH(trees_in(fmt::format("plot,tree,species,dbh\nA,1,P,20\nA,2,{},22\n", mark)),
+                      Contains("stands for the one above it") && Contains("`fill_down=species`"));
+  }
+}
+
 TEST_CASE("rows of sums and means are no trees in any language or phrase") {
   for (const char* const label : {"合計",
                                   "Yhteensä",

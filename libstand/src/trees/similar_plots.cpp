@@ -90,6 +90,9 @@ bool is_likely_code(const std::string& label, const std::vector<std::string>& le
   return !is_word && data::is_missing_number(label);
 }
 
+/// Figures whose names may be anything in other labels.
+constexpr std::string_view kShort = "sd std se cv min max var";
+
 }  // namespace
 
 std::string describe_similar_labels(const data::TextColumn& labels, const std::string& of) {
@@ -129,7 +132,8 @@ bool is_summary_label(std::string_view label, bool is_code) {
   constexpr std::string_view kWords =
       "total totals subtotal grandtotal overall sum sums summe summen gesamt insgesamt "
       "zwischensumme somme totale totaux suma soma mean means average mittel mittelwert "
-      "mittelwerte durchschnitt moyenne media promedio median yhteensa summa keskiarvo "
+      "mittelwerte durchschnitt moyenne moy media mediana medianwert promedio median yhteensa "
+      "summa keskiarvo "
       "keskihajonta medel "
       "medelvarde gjennomsnitt gjennomsnittlig srednia razem lacznie celkem soucet prumer totaal "
       "gemiddelde jumlah rata ratarata toplam ortalama 合計 合计 総計 总计 小計 小计 平均 平均値 "
@@ -137,15 +141,15 @@ bool is_summary_label(std::string_view label, bool is_code) {
   constexpr std::string_view kFigures =
       "stdev stddev minimum maximum avg variance stabw stdabw standardabweichung ecarttype "
       "desviacion desvio desvpad count nha gha qmd hdom ddom";
-  constexpr std::string_view kShort = "sd std se cv min max var";
   /// In a phrase, these may be names, such as that of a river.
   constexpr std::string_view kNames = "somme soma media rata summa";
   /// What sums and means are of.
   constexpr std::string_view kOf =
-      "of the de di da do des le la der per plot plots stand tree trees dbh bhd dap h ht height "
+      "of the de di da do des le la der per grand area areas plot plots stand tree trees dbh bhd "
+      "dap h ht height "
       "hohe altura hauteur ba basal area volume vol n no number num stems parcela parzelle "
       "placette padrao estandar standard deviation type";
-  if (label == "Ø" || label == "∑" || label == "Σ") return true;
+  if (label == "Ø" || label == "x̄" || label == "∑" || label == "Σ") return true;
   const std::string letters = folded_letters(label);
   if (letters.empty()) return false;
   if (has_word(kWords, letters)) return true;
@@ -165,14 +169,33 @@ bool is_summary_label(std::string_view label, bool is_code) {
     if (!is_summary) return false;
     has_summary = true;
   }
-  const bool counts = letters == "nooftrees" || letters == "numberoftrees" || letters == "nstems";
-  return has_summary || counts;
+  return has_summary ||
+         has_word("nooftrees numberoftrees ntrees nstems nplots allplots alltrees", letters);
 }
 
-void refuse_shortened_labels(const data::TextColumn& labels,
-                             std::string_view name,
-                             const std::string& column,
-                             const std::string& file) {
+bool is_summary_label(std::string_view label,
+                      const std::function<bool(std::string_view)>& is_plot) {
+  if (is_summary_label(label)) return true;
+  for (std::size_t blank = label.find(' '); blank != std::string_view::npos;
+       blank = label.find(' ', blank + 1)) {
+    const std::string_view begin = data::trimmed(label.substr(0, blank));
+    const std::string_view end = data::trimmed(label.substr(blank));
+    const bool begins = is_summary_label(begin) && !has_word(kShort, folded_letters(begin));
+    if (begins && is_plot(end)) return true;
+    if (!is_summary_label(end)) continue;
+    const std::size_t word = std::min(begin.find(' '), begin.size());
+    const bool has_word_plot =
+        has_word("plot parcela parzelle placette stand", folded_letters(begin.substr(0, word)));
+    if (is_plot(begin) || (has_word_plot && is_plot(data::trimmed(begin.substr(word)))))
+      return true;
+  }
+  return false;
+}
+
+void refuse_unusable_labels(const data::TextColumn& labels,
+                            std::string_view name,
+                            const std::string& column,
+                            const std::string& file) {
   constexpr std::string_view kDigits = "0123456789";
   const auto is_shortened = [&](std::string_view label) {
     const std::size_t e = label.find("E+");
@@ -186,6 +209,18 @@ void refuse_shortened_labels(const data::TextColumn& labels,
            data::parse_number(label.substr(e + 2), exponent) &&
            exponent > static_cast<double>(decimals);
   };
+  const auto is_ditto = [](std::string_view label) {
+    return label.find_first_not_of("\"'`,″〃“”„’ ") == std::string_view::npos ||
+           has_word("do do. dto. ditto idem id. dº", folded(label));
+  };
+  const auto ditto = std::ranges::find_if(labels.levels(), is_ditto);
+  if (ditto != labels.levels().end() && labels.levels().size() > 1) {
+    throw InputError(fmt::format("the {0} '{1}' stands for the one above it: leave these fields "
+                                 "empty and use `fill_down={0}`",
+                                 name,
+                                 *ditto),
+                     {.file = file, .column = column});
+  }
   const auto found = std::ranges::find_if(labels.levels(), is_shortened);
   if (found == labels.levels().end()) return;
   throw InputError(

@@ -99,6 +99,10 @@ TEST_CASE("positions are made of azimuth and distance") {
   CHECK(read_inventory_text(both).inventory.x.at(0) == 1.0);
   CHECK(read_inventory_text(both, with_columns("azimuth=azimuth")).inventory.x.at(0) ==
         Approx(10.0).margin(kRounding));
+  for (const std::string inches : {"dbh\"\"", "dbh (\"\")", "dbh ('')", "dbh''"}) {
+    CHECK(read_inventory_text("plot,\"" + inches + "\"\n1,10\n").inventory.dbh_cm.at(0) ==
+          Approx(25.4).epsilon(1e-15));
+  }
   // A quarter of a circle in each unit.
   for (const auto& [unit, quarter] : std::map<std::string, std::string>{
            {"gon", "100"}, {"gr", "100"}, {"g", "100"}, {"mil", "1600"}, {"deg", "90"}}) {

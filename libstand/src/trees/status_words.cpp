@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "silvafit/base/words.hpp"
+#include "silvafit/data/csv.hpp"
 #include "trees/folded_text.hpp"
 
 namespace silvafit::stand {
@@ -263,6 +264,42 @@ std::optional<TreeStatus> status_in(std::string_view text, StatusText kind) {
   const bool is_word = !is_doubtful && !(is_searched && has_word(kVagueWords, letters));
   const Said said = is_word ? said_by_word(letters) : Said::kNothing;
   return status_of(said == Said::kNothing ? said_by(plain, kind) : said);
+}
+
+std::optional<StatusOfHeader> status_of_header(std::string_view header) {
+  constexpr std::string_view kOfHeaders = "survival survived survivor surviving lebt codealive";
+  constexpr std::string_view kDeadOfHeaders = "mortality";
+  std::string letters = folded_letters(header);
+  const bool has_year = !letters.empty() && is_digits(letters.substr(letters.size() - 1));
+  while (!letters.empty() && is_digits(letters.substr(letters.size() - 1))) letters.pop_back();
+  if (letters.starts_with("is")) letters.erase(0, 2);
+  if (is_short_code(letters)) return std::nullopt;
+  const bool is_clear = !has_year && !has_word(kVagueWords, letters);
+  if (has_word(kOfHeaders, letters)) return StatusOfHeader{TreeStatus::kAlive, is_clear};
+  if (has_word(kDeadOfHeaders, letters)) return StatusOfHeader{TreeStatus::kDead, is_clear};
+  switch (said_by_word(letters)) {
+    case Said::kAlive:
+      return StatusOfHeader{TreeStatus::kAlive, is_clear};
+    case Said::kDead:
+      return StatusOfHeader{TreeStatus::kDead, is_clear};
+    // A stump or a harvest may also be a size or a date.
+    case Said::kGone:
+      return StatusOfHeader{TreeStatus::kGone};
+    case Said::kFallen:
+      return StatusOfHeader{TreeStatus::kFallen};
+    default:
+      return std::nullopt;
+  }
+}
+
+std::optional<bool> answer_in(std::string_view value) {
+  constexpr std::string_view kYes = "1 true t yes y ja j oui o si sim kylla tak ano 是";
+  constexpr std::string_view kNo = "0 false f no n nein non nao ei nie ne 否";
+  constexpr std::string_view kMarks = "x X + * ✓ ✔ √";
+  const std::string word = folded_letters(value);
+  if (has_word(kMarks, data::trimmed(value)) || has_word(kYes, word)) return true;
+  if (has_word(kNo, word)) return false;
+  return std::nullopt;
 }
 
 }  // namespace silvafit::stand

@@ -20,4 +20,16 @@ enum class StatusText {
 /// \return none if there is no such word, or if the phrase is not clear (`dead?`, `alive/dead`)
 std::optional<TreeStatus> status_in(std::string_view text, StatusText kind);
 
+/// The status of trees for which a column is true, by its header, also with a year: `is_alive`,
+/// `morta`, `abgestorben`, `dead_2011`, `harvested`.
+struct StatusOfHeader {
+  TreeStatus status = TreeStatus::kAlive;
+  bool is_clear = false;  ///< living or dead, by a word without other meanings and without a year
+};
+std::optional<StatusOfHeader> status_of_header(std::string_view header);
+
+/// Whether a value says that its column is true or false: `1`, `no`, `ja`, `x`; none of both if it
+/// says something else.
+std::optional<bool> answer_in(std::string_view value);
+
 }  // namespace silvafit::stand

@@ -166,7 +166,7 @@ constexpr std::array<TreeColumn, 19> kColumns{{
          "vitalstatus condition treecondition treestatus treestate statuscd "
          "livestatus lifestatus alivedead vitality "
          "alive living live dead deadalive aliveordead "
-         "livedead zustand baumzustand baumstatus vitalitat lebend tot etat etatarbre statut "
+         "livedead ld zustand baumzustand baumstatus vitalitat lebend tot etat etatarbre statut "
          "vivant "
          "mort estado estadoarbol vivo muerto tila puuntila elossa kuollut "
          "状态 状况 生长状态 立木类型 检尺类型 состояние treehistory 存活 存活状态 状態 生死 "

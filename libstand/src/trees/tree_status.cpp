@@ -20,11 +20,6 @@
 namespace silvafit::stand {
 namespace {
 
-constexpr std::string_view kYes = "1 true t yes y ja j oui o si kylla 是";
-constexpr std::string_view kNo = "0 false f no n nein non ei 否";
-/// Marks of the rows for which the header of a column is true.
-constexpr std::string_view kMarks = "x X + * ✓ ✔ √";
-
 /// Different values that decide the meaning of letters; a column of letters has fewer.
 constexpr std::size_t kMostLearned = 1000;
 
@@ -72,12 +67,7 @@ StatusColumn::StatusColumn(std::string header,
       table_(known_status_table(header_, table)),
       codes_(std::move(codes)) {
   check_codes(codes_);
-  constexpr std::string_view kAliveHeaders =
-      "alive isalive codealive islive isliving living live lebend lebt vivant vivo elossa 存活";
-  constexpr std::string_view kDeadHeaders = "dead isdead mortality snag tot mort muerto kuollut";
-  const std::string name = folded_letters(header_);
-  if (has_word(kAliveHeaders, name)) kind_ = Kind::kAlive;
-  if (has_word(kDeadHeaders, name)) kind_ = Kind::kDead;
+  if (const auto of_header = status_of_header(header_)) if_true_ = of_header->status;
 }
 
 void StatusColumn::learn(std::string_view value) {
@@ -102,7 +92,7 @@ bool StatusColumn::is_given(std::string_view value) const {
 
 /// Whether neither the header nor the user explains D.
 bool StatusColumn::is_by_letters() const {
-  return kind_ == Kind::kStatus && table_ == nullptr && !is_given("D");
+  return !if_true_ && table_ == nullptr && !is_given("D");
 }
 
 /// Dominant, codominant, intermediate and suppressed: D beside C, I or S, but no code of living
@@ -119,22 +109,12 @@ bool StatusColumn::has_v_and_m() const {
   return !has_alive_ && letters_.contains("v") && std::ranges::all_of(letters_, is_one);
 }
 
-std::optional<TreeStatus> StatusColumn::meaning_of_answer(std::string_view word,
-                                                          std::string_view value) const {
-  const bool is_of_living = kind_ == Kind::kAlive;
-  const std::string_view mark = data::trimmed(value);
-  if (mark.empty()) return std::nullopt;
-  if (has_word(kMarks, mark) || has_word(kYes, word)) {
-    return is_of_living ? TreeStatus::kAlive : TreeStatus::kDead;
-  }
-  if (has_word(kNo, word)) return is_of_living ? TreeStatus::kDead : TreeStatus::kAlive;
-  return std::nullopt;
-}
-
 std::optional<TreeStatus> StatusColumn::meaning_of(std::string_view value) const {
   const std::string word = folded_letters(value);
-  if (kind_ != Kind::kStatus) {
-    if (const auto answer = meaning_of_answer(word, value)) return answer;
+  const auto answer = if_true_ ? answer_in(value) : std::nullopt;
+  if (answer) {
+    const bool is_alive = *answer == (*if_true_ == TreeStatus::kAlive);
+    return is_alive ? TreeStatus::kAlive : *answer ? *if_true_ : TreeStatus::kDead;
   }
   const std::optional<TreeStatus> named = status_in(value, StatusText::kStatus);
   // A tree that is "missing" was not found.
@@ -219,7 +199,7 @@ std::string StatusColumn::remarks() const {
     text += fmt::format("; {} a missing status, used as alive",
                         counted(missing_, "row has", "rows have"));
   }
-  if (kind_ == Kind::kAlive && empty_ > 0 && !first_alive_.empty() && dead_ + gone_ == 0) {
+  if (if_true_ == TreeStatus::kAlive && empty_ > 0 && !first_alive_.empty() && dead_ + gone_ == 0) {
     text += fmt::format(
         "; {} empty and {} as living, although no row says that its tree is dead; if the empty "
         "ones are dead, use the others with `where={} == {}`",

@@ -173,6 +173,29 @@ TEST_CASE("marks of columns that are named by their meaning") {
   CHECK_FALSE(has_note(read_inventory_text(table_of("alive", {"1", "", "0"})), "is empty and"));
 }
 
+TEST_CASE("columns of answers are read by what their names say in any language") {
+  for (const char* const name : {"morta", "abgestorben", "död", "martwe", "standing_dead"}) {
+    CAPTURE(name);
+    CHECK(living(name, {"TRUE", "FALSE", "FALSE"}) == 2);
+  }
+  for (const char* const name : {"viva", "Survival", "survived", "is_living"}) {
+    CAPTURE(name);
+    CHECK(living(name, {"1", "0", "1"}) == 2);
+  }
+  CHECK(living("LD", {"L", "D", "L"}) == 2);
+  // Names that may mean a size or a date, or have a year, are only asked about.
+  for (const char* const name : {"harvested", "cut", "stump", "removed", "Mort_2020", "dead_11"}) {
+    CAPTURE(name);
+    const CheckedInventory read = read_inventory_text(table_of(name, {"TRUE", "FALSE", "FALSE"}));
+    CHECK(read.inventory.size() == 3);
+    CHECK(has_note(read, fmt::format("`columns=status={}`", name)));
+    CHECK_FALSE(has_note(read_inventory_text(table_of(name, {"1", "0", "35.5"})), "living"));
+    const CheckedInventory mapped = read_inventory_text(
+        table_of(name, {"TRUE", "FALSE", "FALSE"}), with_columns(fmt::format("status={}", name)));
+    CHECK(mapped.inventory.size() == 2);
+  }
+}
+
 TEST_CASE("words of dead trees in any column of texts are noted") {
   for (const char* const column :
        {"CrownClass", "tree_class", "class", "vigor", "canopy", "cond", "obs", "damage"}) {

@@ -125,10 +125,15 @@ std::string describe_unread_columns(const Names& header,
                     *read,
                     data::list_of(further),
                     expression_of(further.back(), *read)));
-    if (name != "dbh") continue;
+    // dbh_2019 is another visit.
+    const auto has_year = [](const std::string& column) {
+      const std::size_t end = column.find_last_not_of(kDigits) + 1;
+      return column.size() - end == 4;
+    };
+    if (name != "dbh" || has_year(further.front())) continue;
     notes.back() += fmt::format(
         "; if it is another stem of the tree, `columns=dbh=sqrt(({})^2 + ({})^2)` has the basal "
-        "area of both",
+        "area of both, with 0 for trees that have none",
         expression_of(*read, *read),
         expression_of(further.front(), *read));
   }
@@ -164,6 +169,10 @@ bool StatusWords::is_given_up() const {
   return numbers_ == values_.size() ? numbers_ >= kMostNumbers : values_.size() >= kMostTexts;
 }
 
+StatusWords::StatusWords(std::string column) : column_(std::move(column)) {
+  if (const auto of_header = status_of_header(column_)) if_true_ = of_header->status;
+}
+
 StatusWords::Entry* StatusWords::find(std::string_view value) {
   const bool has_only_numbers = numbers_ == values_.size();
   if (value.empty() || (has_only_numbers && is_given_up())) return nullptr;
@@ -174,7 +183,12 @@ StatusWords::Entry* StatusWords::find(std::string_view value) {
     const bool is_number = data::parse_number(value, ignored);
     const auto status = is_number ? std::nullopt : status_in(value, StatusText::kAny);
     if (is_number) ++numbers_;
-    const bool is_gone = status && *status != TreeStatus::kAlive;
+    bool is_gone = status && *status != TreeStatus::kAlive;
+    if (if_true_) {
+      const auto answer = answer_in(value);
+      if (!answer && !is_gone) ++others_;
+      is_gone = is_gone || (answer && *answer != (*if_true_ == TreeStatus::kAlive));
+    }
     known = values_.emplace(std::string(value), Value{.is_gone = is_gone}).first;
   }
   return &*known;
@@ -198,7 +212,8 @@ void StatusWords::add(const data::TextColumn& values) {
 }
 
 std::string StatusWords::note() const {
-  if (rows_ == 0) return {};
+  // Lengths of stumps and years of harvests are no answers.
+  if (rows_ == 0 || others_ > 0) return {};
   return fmt::format(
       "{} a word of dead or cut trees in column {} ({}) and {} as living; to read "
       "it as their status, use `columns=status={}`",

@@ -15,7 +15,8 @@ TEST_CASE("Columns with the name of one that is read and a number are named") {
       unread({"plot", "dbh", "dbh2", "h", "DBH 2022 (cm)", "H_1"}) ==
       "dbh is read from dbh, not from dbh2, DBH 2022 (cm); if that is another visit, read it with "
       "`columns=dbh=`DBH 2022 (cm)``; if it is another stem of the tree, "
-      "`columns=dbh=sqrt((dbh)^2 + (dbh2)^2)` has the basal area of both; h is read from h, not "
+      "`columns=dbh=sqrt((dbh)^2 + (dbh2)^2)` has the basal area of both, with 0 for trees that "
+      "have none; h is read from h, not "
       "from H_1; if that is another visit, read it with `columns=h=H_1`");
   // Circumferences.
   CHECK_THAT(unread({"plot", "CAP", "CAP2"}),

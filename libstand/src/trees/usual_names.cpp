@@ -29,7 +29,7 @@ constexpr std::array<UnitWords, 7> kUnits{
      {{"dm", 0.1}, "dm decimeter decimeters decimetre decimetres dezimeter decimetro decimetros"},
      {{"m", 1.0}, "m meter meters metre metres metro metros metri 米 公尺"},
      {{"in", 0.0254},
-      "in inch inches zoll pouce pouces pulgada pulgadas polegada polegadas \" ″ ”"},
+      "in inch inches zoll pouce pouces pulgada pulgadas polegada polegadas \" '' ″ ”"},
      {{"ft", 0.3048}, "ft foot feet fuss pied pieds ' ′ ’"},
      {{"yd", 0.9144}, "yd yard yards"}}};
 
@@ -221,7 +221,7 @@ bool is_per_acre(std::string_view header) {
 
 bool is_expansion_name(std::string_view header) {
   constexpr std::string_view kNames =
-      "tph sph spha expf expfac expfactor expansion expansionfactor expfact treefactor treeexpf "
+      "tph sph spha expf expfactor expansion expansionfactor expfact treefactor treeexpf "
       "treeexpansion factorexpansion factordeexpansion fatordeexpansao facteurdextension nhat";
   constexpr std::string_view kTrees =
       "n no num number tree trees stem stems arb arbre arbres arbol arboles arvore arvores tige "
@@ -240,6 +240,12 @@ HeaderParts header_parts(std::string_view header) {
   std::string text = folded(header);
   // R replaces signs by dots, so that "DBH (cm)" becomes "DBH..cm.".
   while (!text.empty() && is_separator(text.back())) text.pop_back();
+  // `DBH"` has no blank before the unit.
+  for (const std::string_view mark : {"''", "\"", "″", "”"}) {
+    if (!text.ends_with(mark)) continue;
+    text.insert(text.size() - mark.size(), " ");
+    break;
+  }
   HeaderParts parts{.name = text};
   const std::optional<HeaderWord> word = unit_word(text);
   if (!word) return parts;

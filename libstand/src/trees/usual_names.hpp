@@ -40,7 +40,7 @@ inline constexpr double kSquareMetersPerAcre = 4046.8564224;
 
 /// Names of trees per acre, in folded letters, and their factor to trees per hectare.
 inline constexpr std::string_view kPerAcreNames =
-    "tpa tpaunadj treesperacre stemsperacre treesac peracre";
+    "tpa tpac tpaunadj treesperacre stemsperacre treesac stemsac nac expac expfac peracre";
 /// Whether a header is one of them or has such a unit, as in `N per acre` and `EXPF (1/ac)`.
 bool is_per_acre(std::string_view header);
 inline constexpr double kPerAcre = 1e4 / kSquareMetersPerAcre;

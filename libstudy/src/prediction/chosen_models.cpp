@@ -91,10 +91,10 @@ std::vector<Candidates> all_candidates(const ModelLibrary& library,
   }
   if (result.empty()) {
     if (library.models.empty()) throw InputError("the library has no models");
-    throw UsageError(
-        fmt::format("the library has no converged model with the role {}; available: {}",
-                    role,
-                    fmt::join(roles, ", ")));
+    throw UsageError(fmt::format(
+        "the library has no converged model with the role {}; choose one with `role`: {}",
+        role,
+        fmt::join(roles, ", ")));
   }
   for (const Candidates& each : result) {
     if (each.models.size() < 2) continue;

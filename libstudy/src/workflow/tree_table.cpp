@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <functional>
 #include <optional>
+#include <set>
+#include <string_view>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
@@ -291,6 +293,7 @@ void TableReader::leave_out_sums() {
   if (wishes_.keeps_sums) return;
   data::Table& table = result_.table;
   std::vector<char> is_sum(table.rows(), 0);
+  std::set<std::string, std::less<>> plots;
   for (const char* const name : {"plot", "tree", "species"}) {
     const auto fields =
         stand::fields_of(name, reader_.header(), wishes_.options.columns, reader_.file());
@@ -299,9 +302,14 @@ void TableReader::leave_out_sums() {
     if (!table.has(column) || table.is_numeric(column)) continue;
     const data::TextColumn& labels = table.text(column);
     const bool is_code = std::string_view(name) == "species";
+    if (std::string_view(name) == "plot")
+      plots.insert(labels.levels().begin(), labels.levels().end());
+    const auto is_plot = [&plots](std::string_view text) { return plots.contains(text); };
     std::vector<char> is_word;
     for (const std::string& label : labels.levels()) {
-      is_word.push_back(stand::is_summary_label(label, is_code) ? 1 : 0);
+      const bool is_sum_label =
+          is_code ? stand::is_summary_label(label, true) : stand::is_summary_label(label, is_plot);
+      is_word.push_back(is_sum_label ? 1 : 0);
     }
     for (std::size_t row = 0; row < labels.size(); ++row) {
       if (labels.is_missing(row) || is_word[labels.code(row)] == 0 || is_sum[row] != 0) continue;
@@ -427,10 +435,10 @@ TableReader::Result TableReader::read() {
   data::take_missing_codes(result_.table, state_.codes);
   note(state_.codes.note());
   for (const stand::ColumnMapping& column : usual_) add_column(column);
-  for (const char* const name : {"plot", "tree"}) {
+  for (const char* const name : {"plot", "tree", "species"}) {
     const std::string column = column_of(name);
     if (!result_.table.has(column) || result_.table.is_numeric(column)) continue;
-    stand::refuse_shortened_labels(result_.table.text(column), name, column, reader_.file());
+    stand::refuse_unusable_labels(result_.table.text(column), name, column, reader_.file());
   }
   result_.usual = usual_;
   for (const Mappings* const mappings : {&usual_, &result_.mapped}) {

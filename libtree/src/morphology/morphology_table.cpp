@@ -198,6 +198,7 @@ Morphology morphology_of(const Sources& from, std::size_t row, bool needs_positi
   tree.cw_m = value_if_known(from.cw, row);
   tree.hc_m = value_if_known(from.hc, row);
   tree.age_years = value_if_known(from.age, row);
+  if (tree.age_years == 0.0) tree.age_years.reset();  // of a tree with a height it is a missing one
   tree.culm = {.bend_deg = value_if_known(from.bend, row),
                .bend_azimuth_deg = value_if_known(from.bend_azimuth, row),
                .internodes = value_if_known(from.internodes, row),

@@ -56,8 +56,8 @@ PlotTable read_plot_table(const data::TableSource& source,
 /// The column of an inventory with a usual name of the area of plots; empty if there is none.
 std::string plot_area_column(const std::vector<std::string>& header);
 
-/// How to use Inventory::area_column and Inventory::factors, as the end of a message; empty if there
-/// are none.
+/// How to use Inventory::area_column and Inventory::factors, as the end of a message; empty if
+/// there are none.
 std::string offer_of_area_column(const Inventory& inventory);
 
 /// \throws InputError if trees of one plot have different expansion factors that are not used, as

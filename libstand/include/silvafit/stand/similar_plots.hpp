@@ -3,6 +3,7 @@
 // missing values, and those of rows of sums and means.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -20,15 +21,18 @@ std::string describe_similar_labels(const data::TextColumn& labels, const std::s
 /// or plot: Total, Summe, Mittelwert.
 /// \param is_code  labels such as SD and MAX, which may be codes of species, do not count
 bool is_summary_label(std::string_view label, bool is_code = false);
+/// The same for labels such as `A Average` and `Total plot A`, too.
+/// \param is_plot  whether there is such a plot
+bool is_summary_label(std::string_view label, const std::function<bool(std::string_view)>& is_plot);
 
-/// Refuses labels that a spreadsheet has shortened: 1.88785E+14 was a number of fifteen digits, of
-/// which six are left.
-/// \param name    what the labels are: plot or tree
+/// Refuses labels that a spreadsheet has shortened, 1.88785E+14 for a number of fifteen digits, and
+/// ditto marks.
+/// \param name    what the labels are: plot, tree or species
 /// \param column  their column in the file
 /// \throws InputError with the first such label
-void refuse_shortened_labels(const data::TextColumn& labels,
-                             std::string_view name,
-                             const std::string& column,
-                             const std::string& file);
+void refuse_unusable_labels(const data::TextColumn& labels,
+                            std::string_view name,
+                            const std::string& column,
+                            const std::string& file);
 
 }  // namespace silvafit::stand

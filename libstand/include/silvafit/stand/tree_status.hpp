@@ -79,7 +79,6 @@ class StatusColumn {
  private:
   std::optional<TreeStatus> given_meaning(std::string_view value);
   std::optional<TreeStatus> meaning_of(std::string_view value) const;
-  std::optional<TreeStatus> meaning_of_answer(std::string_view word, std::string_view value) const;
   bool is_given(std::string_view value) const;
   bool is_by_letters() const;
   bool has_crown_classes() const;
@@ -87,7 +86,7 @@ class StatusColumn {
   void count(std::string_view value, TreeStatus status);
 
   std::string header_{};
-  enum class Kind { kStatus, kAlive, kDead } kind_ = Kind::kStatus;
+  std::optional<TreeStatus> if_true_{};  ///< of a column of answers, by its header
   const KnownTable* table_ = nullptr;
   std::map<std::string, std::optional<TreeStatus>, std::less<>> known_{};
   std::map<std::string, std::size_t> unknown_{};

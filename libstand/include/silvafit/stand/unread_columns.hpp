@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -12,6 +13,7 @@
 
 #include "silvafit/data/table.hpp"
 #include "silvafit/stand/tree_columns.hpp"
+#include "silvafit/stand/tree_status.hpp"
 
 namespace silvafit::stand {
 
@@ -30,13 +32,13 @@ std::vector<std::size_t> fields_of_units(const std::vector<std::string>& header)
 class StatusWords {
  public:
   struct Value {
-    bool is_gone = false;      ///< it has such words
+    bool is_gone = false;      ///< it has such words, or answers a header that has
     std::size_t with_dbh = 0;  ///< rows of trees that are used as living ones
     std::size_t without_dbh = 0;
   };
   using Entry = std::pair<const std::string, Value>;
 
-  explicit StatusWords(std::string column) : column_(std::move(column)) {}
+  explicit StatusWords(std::string column);
   /// A value, to be counted if its tree is used as a living one; null if it is empty, or there are
   /// too many. Valid as long as this object.
   Entry* find(std::string_view value);
@@ -56,7 +58,9 @@ class StatusWords {
 
   std::string column_{};
   std::map<std::string, Value, std::less<>> values_{};
-  std::size_t numbers_ = 0;  ///< of them
+  std::optional<TreeStatus> if_true_{};  ///< by the header
+  std::size_t others_ = 0;               ///< values that are no answers
+  std::size_t numbers_ = 0;              ///< of them
   std::size_t rows_ = 0;
   std::string first_{};
 };
