@@ -123,6 +123,18 @@ std::string place_of(const std::string& word, const CLI::App& command) {
 
 }  // namespace
 
+void require_filled(const std::vector<std::string>& words) {
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const bool ends_empty = words[i].starts_with("--") && words[i].ends_with('=');
+    if (!words[i].empty() && !ends_empty) continue;
+    const bool has_option = i > 0 && words[i].empty() && words[i - 1].starts_with('-');
+    throw UsageError("the value is empty, as an unset variable of the shell is; omit it or fill it",
+                     {.column = ends_empty   ? words[i].substr(0, words[i].size() - 1)
+                                : has_option ? words[i - 1]
+                                             : fmt::format("word {}", i + 1)});
+  }
+}
+
 void require_command(const CLI::App& program, const std::vector<std::string>& words) {
   const CLI::App* app = &program;
   for (const std::string& word : words) {

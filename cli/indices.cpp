@@ -42,7 +42,7 @@ void run(const IndicesArguments& arguments) {
   options.threads = arguments.common.threads;
   // A layer gets the columns of the inventory, too, and the plots as a layer of their own.
   const bool is_layer = is_layer_output(arguments.out);
-  if (is_layer) require_table_output(arguments.out);
+  require_table_output(arguments.out);
   RowOutput excluded(arguments.excluded);
   RowOutput rows =
       is_layer ? RowOutput(nullptr) : file_or_standard_output(arguments.out, arguments.common);

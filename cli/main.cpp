@@ -115,6 +115,7 @@ int run_command(const std::vector<std::string>& words) {
     has_joined_job = true;
     silence_other_ranks();
     require_command(program, {words.begin() + 1, words.end()});
+    require_filled({words.begin() + 1, words.end()});
     program.parse(std::vector<std::string>(words.rbegin(), words.rend() - 1));  // the last first
     finish_standard_output();
     return kDone;

@@ -19,6 +19,10 @@ void add_version_to_commands(CLI::App& program);
 /// \throws UsageError with a list of the commands if they name no command
 void require_command(const CLI::App& program, const std::vector<std::string>& words);
 
+/// \param words  the command line without the program's name
+/// \throws UsageError if one is empty, as an unset variable of the shell is
+void require_filled(const std::vector<std::string>& words);
+
 /// The message about words that are neither options nor arguments of the command.
 std::string unexpected_words(const CLI::App& program);
 

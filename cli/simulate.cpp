@@ -12,7 +12,9 @@
 #include "command.hpp"
 #include "output_files.hpp"
 #include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
+#include "silvafit/source/open_table.hpp"
 #include "standard_output.hpp"
 #include "table_output.hpp"
 
@@ -54,6 +56,9 @@ void run(const SimulateOptions& options) {
                     {{"--out", options.out}, {"--truth", options.truth}});
   const std::string out = options.out.string();
   require_table_output(out);
+  if (source::is_layered(options.truth.string())) {
+    throw UsageError("is a JSON file, not a workbook or layer", {.column = "--truth"});
+  }
   const study::SimulationDesign design = study::read_design(options.design);
   const study::SimulatedStand stand =
       study::simulate(design, options.common.seed, options.common.threads);

@@ -414,6 +414,7 @@ void run(const StandArguments& arguments) {
                                              "growth_trees.csv",
                                              "growth_plots.csv",
                                              "growth_strata.csv"});
+  if (is_layer_output(arguments.out)) written = {{"--out", arguments.out}};
   written.push_back({"--report", arguments.report});
   refuse_same_files({{"INVENTORY.csv", arguments.inventory},
                      {"--window", arguments.options.units.window},

@@ -12,6 +12,7 @@
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/paths.hpp"
+#include "silvafit/base/words.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/source/open_table.hpp"
 #include "silvafit/study/rows_with_columns.hpp"
@@ -64,7 +65,13 @@ std::string wkt_of(const stand::Window& window) {
 bool is_layer_output(const std::string& out) { return source::is_written_as_layers(out); }
 
 void require_table_output(const std::string& out) {
-  if (is_layer_output(out)) source::require_layer_output(out);
+  if (is_layer_output(out)) return source::require_layer_output(out);
+  const std::string ending = in_lower_case(std::filesystem::path(out).extension().string());
+  if (source::is_layered(out) || has_word(".tsv .json .gz .zip .bz2 .xz .parquet .rds", ending)) {
+    throw UsageError(
+        "tables are written as .csv, .xlsx, .ods, .gpkg or .fgb; choose one of these endings",
+        {.file = out});
+  }
 }
 
 data::Table table_of_csv(std::string text,

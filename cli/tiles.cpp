@@ -20,6 +20,7 @@
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/fingerprint.hpp"
+#include "silvafit/base/paths.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/study/analysis_setting_list.hpp"
 #include "silvafit/study/setting_list.hpp"
@@ -264,6 +265,13 @@ void add_run_command(CLI::App& tiles) {
 
 void run_merge(const MergeArguments& arguments) {
   const study::TilePlan plan = study::read_tile_plan(arguments.folder);
+  refuse_same_files({{"the inventory", plan.inventory}}, {{"--out", arguments.out}});
+  const auto inside = followed(arguments.out).lexically_relative(followed(arguments.folder));
+  const bool is_inside = !arguments.out.empty() && !inside.empty() && *inside.begin() != "..";
+  if (is_inside && std::filesystem::exists(arguments.out)) {
+    throw UsageError("is a file of the tiles, which would be overwritten; choose another name",
+                     {.file = arguments.out, .column = "--out"});
+  }
   std::optional<AtomicFile> file;
   if (!arguments.out.empty()) file.emplace(arguments.out);
   const study::MergedTiles merged = study::merge_tiles(

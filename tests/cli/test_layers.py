@@ -192,6 +192,40 @@ class Reading(LayerTest):
         self.assertEqual([row["day"] for row in rows], ["2024-05-06", "", "1969-12-31"])
         self.assertEqual([row["dbh"] for row in rows], ["20.5", "30.25", "12.3"])
 
+    def test_databases_keep_what_their_columns_are_not_declared_for(self):
+        # SQLite stores any value in any column; GDAL takes types from declarations or first rows.
+        rows = [("A", i + 1, dbh) for i, dbh in enumerate([10, 11.7, 12.7, 13.9])]
+        layer_files.write_sqlite(self.folder / "a.sqlite", [
+            ("whole", "plot TEXT, tree INTEGER, dbh INTEGER", rows), ("any", "plot TEXT, tree INTEGER, dbh ANY", rows),
+            ("yes", "plot TEXT, tree INTEGER, dbh BOOLEAN", rows), ("day", "plot TEXT, tree INTEGER, dbh DATE", rows)])
+        base = ("stand", "a.sqlite", "--plot-area", "100", "--json")
+        query = 'select plot, tree, dbh + 0 as dbh from "whole";'
+        for choice in (["--layer", "whole"], ["--layer", "any"], ["--layer", "yes"], ["--sql", query]):
+            with self.subTest(choice):
+                plot = self.run_json(*base, *choice)["areas"][0]
+                self.assertAlmostEqual(plot["basal_area_m2_per_ha"], 100 * sum(math.pi / 4e4 * d * d for _, _, d in rows))
+        layer_files.write_sqlite(self.folder / "b.sqlite", [
+            ("trees", "plot TEXT, tree INTEGER, dbh REAL, note TEXT", [("A", 1, 10.5, ""), ("A", 2, "11,7", "")]),
+            ("marked", "plot TEXT, tree INTEGER, dbh REAL", [("A", 1, 10.5), ("A", 2, "12.5m")])])
+        error = self.run_program("stand", "b.sqlite", "--layer", "trees", "--plot-area", "100", status=3).stderr
+        self.assertIn("'11,7'", error)
+        error = self.run_program("stand", "b.sqlite", "--layer", "marked", "--plot-area", "100").stderr
+        self.assertIn("'12.5m' is not a number", error)
+
+    def test_values_larger_than_their_database_are_refused(self):
+        with sqlite3.connect(self.folder / "a.sqlite") as base:
+            base.execute("create view trees as select '1' plot, 1 tree, 10.0 dbh, hex(zeroblob(400000000)) note")
+        error = self.run_program("stand", "a.sqlite", "--plot-area", "100", status=3).stderr
+        self.assertIn("too big", error)
+
+    def test_databases_in_utf16(self):
+        with sqlite3.connect(self.folder / "a.sqlite") as base:
+            base.execute("pragma encoding = 'UTF-16'")
+            base.execute("create table trees (plot text, tree integer, species text, dbh real)")
+            base.execute("insert into trees values ('Ä', 1, 'Kiefer', 20.5)")
+        plot = self.run_json("stand", "a.sqlite", "--plot-area", "100", "--json")["areas"][0]
+        self.assertEqual(plot["plot"], "Ä")
+
     def test_sqlite_in_the_layout_of_fia(self):
         # Columns and units of FIA's tables PLOT and TREE; inches, feet, degrees from north.
         draw = random.Random(8)

@@ -42,6 +42,29 @@ class OutputFiles(ProgramTest):
             with self.subTest(arguments):
                 self.refused(*arguments, options=options, kept="positions.csv")
 
+    def test_tiles_are_not_overwritten_by_their_result(self):
+        self.run_program("tiles", "plan", "positions.csv", "--size", "5", "--halo", "1", "--out", "tiles")
+        for name in ("tiles/plan.json", next((self.folder / "tiles" / "tiles").iterdir()).relative_to(self.folder)):
+            before = (self.folder / name).read_bytes()
+            self.run_program("tiles", "merge", "tiles", "indices", "--out", str(name), status=2)
+            self.assertEqual((self.folder / name).read_bytes(), before)
+        self.refused("tiles", "merge", "tiles", "indices", "--out", "positions.csv",
+                     options=("--out", "the inventory"), kept="positions.csv")
+
+    def test_a_page_is_not_written_over_a_workbook(self):
+        error = self.run_program("stand", "positions.csv", "--out", "o.xlsx", "--report", "./o.xlsx", status=2).stderr
+        self.assertIn("are the same file", error)
+
+    def test_tables_are_not_written_under_the_endings_of_other_formats(self):
+        for name in ("x.geojson", "x.shp", "x.sqlite", "x.tsv", "x.csv.gz", "x.json"):
+            error = self.run_program("indices", "positions.csv", "--out", name, status=2).stderr
+            self.assertIn("tables are written as .csv, .xlsx, .ods, .gpkg or .fgb", error)
+
+    def test_empty_values_are_not_taken_for_missing_options(self):
+        for words, named in ((("--plot-area", ""), "--plot-area"), (("--sql=",), "--sql"), (("",), "word 3")):
+            error = self.run_program("stand", "positions.csv", *words, status=2).stderr
+            self.assertIn(f"{named}: the value is empty", error)
+
     def test_a_window_is_an_input_too(self):
         self.write("window.csv", "plot,x,y,radius\n*,5,5,9\n")
         self.refused("indices", "positions.csv", "--window", "window.csv", "--out", "window.csv",

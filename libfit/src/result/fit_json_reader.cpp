@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <set>
 
@@ -46,6 +48,38 @@ void check_schema(const JsonReader& json) {
   json.fail(fmt::format("must be \"silvafit-fit/2\", not \"{}\"", schema));
 }
 
+/// Refuses what is no covariance matrix: it must be symmetric, without negative variances and with
+/// correlations that are possible together. What is not identifiable is missing in whole rows and
+/// columns.
+void require_covariance(const MatrixXd& matrix, const JsonReader& json) {
+  // Of numbers written with all digits, for matrices of rounding errors up to their square root.
+  const double rounding = std::sqrt(std::numeric_limits<double>::epsilon());
+  const VectorXd deviations = matrix.diagonal().cwiseMax(0.0).cwiseSqrt();
+  MatrixXd correlations = MatrixXd::Identity(matrix.rows(), matrix.cols());
+  for (Index j = 0; j < matrix.cols(); ++j) {
+    if (matrix(j, j) < 0.0) json.fail("has a negative variance");
+    for (Index i = 0; i < j; ++i) {
+      const double scale = deviations[i] * deviations[j];
+      const bool is_known = !std::isnan(matrix(i, i)) && !std::isnan(matrix(j, j));
+      const bool is_given = !std::isnan(matrix(i, j)) && !std::isnan(matrix(j, i));
+      const bool is_missing = std::isnan(matrix(i, j)) && std::isnan(matrix(j, i));
+      const bool is_symmetric = std::abs(matrix(i, j) - matrix(j, i)) <= rounding * scale;
+      if (is_known ? !is_given || !is_symmetric : !is_missing) {
+        json.fail(
+            fmt::format("must be a symmetric matrix; row {} and column {} differ", i + 1, j + 1));
+      }
+      if (is_known && scale > 0.0) correlations(i, j) = correlations(j, i) = matrix(i, j) / scale;
+      if (is_known && scale == 0.0 && matrix(i, j) != 0.0)
+        json.fail("has a covariance without a variance");
+    }
+  }
+  if (matrix.size() == 0) return;
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> of(correlations, Eigen::EigenvaluesOnly);
+  if (of.info() != Eigen::Success || of.eigenvalues()[0] < -rounding) {
+    json.fail("is no covariance matrix, because its correlations contradict each other");
+  }
+}
+
 /// Names of the formula that have a sub-model or an estimate are its parameters; the others are
 /// columns.
 ModelSpecification read_specification(const JsonReader& json) {
@@ -82,6 +116,7 @@ void read_fixed(const JsonReader& json, FittedModel& fit) {
     fit.degrees_of_freedom[j] = coefficient.at("df").number_or_missing();
   }
   fit.covariance = json.at("fixed_covariance").square_matrix(p);
+  require_covariance(fit.covariance, json.at("fixed_covariance"));
   if (const auto between = json.find("coefficients_between")) {
     for (const JsonReader& count : between->items()) {
       fit.coefficients_between.push_back(count.count_or_zero());
@@ -123,7 +158,11 @@ EffectUncertainty read_uncertainty(const JsonReader& json,
   EffectUncertainty result;
   if (!json.has("eblup_covariance")) return result;
   const auto size = static_cast<Index>(term.names.size());
-  result.covariances = read_matrices(json.at("eblup_covariance"), term.labels, size, size);
+  const JsonReader covariances = json.at("eblup_covariance");
+  result.covariances = read_matrices(covariances, term.labels, size, size);
+  for (Index group = 0; group < result.covariances.cols(); ++group) {
+    require_covariance(result.covariances.col(group).reshaped(size, size), covariances);
+  }
   result.sensitivities = read_matrices(json.at("eblup_by_fixed"), term.labels, size, coefficients);
   return result;
 }
@@ -156,9 +195,7 @@ EstimatedEffects read_effects(const JsonReader& json, const RandomEffects& speci
   EstimatedEffects term{.names = specification.coefficients};
   const auto size = static_cast<Index>(term.names.size());
   term.covariance = json.at("covariance").square_matrix(size);
-  if ((term.covariance.diagonal().array() < 0.0).any()) {
-    json.at("covariance").fail("has a negative variance");
-  }
+  require_covariance(term.covariance, json.at("covariance"));
   const auto groups = json.at("eblup").members();
   term.effects.resize(size, static_cast<Index>(groups.size()));
   for (std::size_t g = 0; g < groups.size(); ++g) {

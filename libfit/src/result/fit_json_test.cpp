@@ -313,6 +313,15 @@ TEST_CASE("inconsistent content is reported with file and key") {
                     Contains("a.json: fixed: must name the coefficients"));
   CHECK_THROWS_WITH(from_json(changed("/random/0/covariance/0/0", -1.0), "a.json"),
                     Contains("a.json: random[0].covariance: has a negative variance"));
+  for (const char* const place : {"/fixed_covariance/1/0", "/fixed_covariance/0/1"}) {
+    CHECK_THROWS_WITH(from_json(changed(place, 1e-308), "a.json"),
+                      Contains("fixed_covariance: must be a symmetric matrix"));
+    CHECK_THROWS_WITH(from_json(changed(place, nullptr), "a.json"),
+                      Contains("fixed_covariance: must be a symmetric matrix"));
+  }
+  ordered_json impossible = ordered_json::parse(changed("/fixed_covariance/0/1", 1e6));
+  impossible["fixed_covariance"][1][0] = 1e6;
+  CHECK_THROWS_WITH(from_json(impossible.dump(), "a.json"), Contains("contradict each other"));
 }
 
 TEST_CASE("correlations that no residuals can have are refused") {

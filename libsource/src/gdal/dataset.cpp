@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "gdal/own_data.hpp"
+#include "gdal/stored_types.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/paths.hpp"
 #include "silvafit/base/words.hpp"
@@ -203,12 +204,22 @@ void Dataset::require_own(const TableChoice& choice) const {
   if (!require_own_data(path_, choice, place_)) refuse_unreadable();
 }
 
-/// SQLite is interrupted after as many steps as no honest query of a file of this size needs: a
-/// view can request endless work.
-void Dataset::limit_steps() {
-  auto* const database = static_cast<sqlite3*>(dataset_->GetInternalHandle("SQLITE_HANDLE"));
+/// GDAL's connection to a database of SQLite or a GeoPackage; null for other files.
+sqlite3* Dataset::database() const {
+  return static_cast<sqlite3*>(dataset_->GetInternalHandle("SQLITE_HANDLE"));
+}
+
+/// SQLite is interrupted after as many steps as no honest query of a file of this size needs, and
+/// makes no value that is larger than the file: a view can request endless work and memory.
+void Dataset::limit_work() {
+  if (database() == nullptr) return;
   constexpr int kInterval = 1000;
-  if (database != nullptr) sqlite3_progress_handler(database, kInterval, count_step, this);
+  sqlite3_progress_handler(database(), kInterval, count_step, this);
+  constexpr std::uintmax_t kFree = 1000000;
+  constexpr std::uintmax_t kMost = std::numeric_limits<int>::max();
+  sqlite3_limit(database(),
+                SQLITE_LIMIT_LENGTH,
+                static_cast<int>(std::clamp<std::uintmax_t>(bytes_, kFree, kMost)));
 }
 
 int Dataset::count_step(void* dataset) {
@@ -232,7 +243,8 @@ void Dataset::require_sound(std::optional<std::size_t> row) const {
   if (is_beyond_limit_) {
     fail("needs more work than a table of this size should; does a view repeat its rows?");
   }
-  if (!kind_.is_workbook || !messages_.has_errors()) return;
+  if (!messages_.has_errors()) return;
+  if (!kind_.is_workbook) fail("cannot be read: " + reason_in(messages_.errors()));
   throw InputError(
       "the sheet cannot be read completely; save the workbook again as .xlsx, or as CSV in UTF-8",
       {.file = place_, .line = row});
@@ -272,7 +284,7 @@ Dataset::Dataset(const std::string& name, const TableChoice& choice)
       kind_.drivers.find("GPKG") != std::string_view::npos ? options.List() : nullptr));
   if (dataset_ || has_refused_network()) require_sound();
   if (dataset_) {
-    limit_steps();
+    limit_work();
     return;
   }
   if (is_postgres(kind_)) {
@@ -363,6 +375,11 @@ OGRLayer& Dataset::choose(const TableChoice& choice, GeometryUse use) {
   if (!choice.sql.empty()) {
     layer = &run_query(choice);
     place_ += " (`sql`)";
+    if (database() != nullptr) {
+      std::string_view query = data::trimmed(choice.sql);
+      while (query.ends_with(';')) query = data::trimmed(query.substr(0, query.size() - 1));
+      take_stored_types(*database(), fmt::format("({})", query), *layer);
+    }
     return *layer;
   }
   if (choice.layer.empty()) {
@@ -377,6 +394,7 @@ OGRLayer& Dataset::choose(const TableChoice& choice, GeometryUse use) {
     }
     layer_name_ = layer->GetName();
   }
+  if (database() != nullptr) take_stored_types(*database(), quoted_name(layer->GetName()), *layer);
   if (kind_.is_workbook) layer_name_ = layer->GetName();
   if (!layer_name_.empty()) {
     place_ += fmt::format(" ({} {})", kind_.is_workbook ? "sheet" : "layer", layer_name_);

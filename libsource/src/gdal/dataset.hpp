@@ -17,6 +17,8 @@
 #include "silvafit/source/open_table.hpp"
 #include "source_kind.hpp"
 
+struct sqlite3;
+
 namespace silvafit::source {
 
 class Dataset {
@@ -32,8 +34,6 @@ class Dataset {
   OGRLayer& choose(const TableChoice& choice, GeometryUse use);
 
   const SourceKind& kind() const { return kind_; }
-  /// Whether GDAL reads the file as a database of SQLite, and not as a GeoPackage.
-  bool is_sqlite() const { return dataset_->GetDriverName() == std::string_view("SQLite"); }
   /// Refuses what was read so far if GDAL found an error in it, or more work than the limits of
   /// docs/hardening.md allow.
   /// \param row  from 1; of a layer
@@ -49,7 +49,8 @@ class Dataset {
   std::vector<QueriedLayer> queried_layers() const;
   OGRLayer& run_query(const TableChoice& choice);
   void require_own(const TableChoice& choice) const;
-  void limit_steps();
+  sqlite3* database() const;
+  void limit_work();
   static int count_step(void* dataset);
   [[noreturn]] void refuse_unreadable() const;
   [[noreturn]] void fail(const std::string& message) const;

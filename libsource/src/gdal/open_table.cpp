@@ -250,17 +250,6 @@ std::string row_id_of(OGRLayer& layer) {
   return is_made ? std::string() : name;
 }
 
-/// SQLite stores 64 bits in columns INTEGER, of which GDAL would read 32.
-void widen_whole_numbers(OGRLayer& layer) {
-  OGRFeatureDefn& definition = *layer.GetLayerDefn();
-  for (int i = 0; i < definition.GetFieldCount(); ++i) {
-    OGRFieldDefn& field = *definition.GetFieldDefn(i);
-    if (field.GetType() == OFTInteger && field.GetSubType() == OFSTNone) {
-      field.SetType(OFTInteger64);
-    }
-  }
-}
-
 /// The dates of a column, row by row.
 data::TextColumn dates_of(OGRLayer& layer, const std::string& name) {
   const int field = layer.GetLayerDefn()->GetFieldIndex(name.c_str());
@@ -344,12 +333,12 @@ void LayerReader::require_bounded(std::size_t rows, std::size_t columns) const {
 }
 
 LayerColumns LayerReader::read_columns_with(const GeometrySink& sink) {
-  if (dataset_.is_sqlite()) widen_whole_numbers(layer_);
   const auto check = [this](std::size_t rows, std::size_t columns) {
     require_bounded(rows, columns);
   };
   LayerColumns columns = read_columns(layer_, row_id_of(layer_), sink, check, file_);
   if (columns.columns.empty() && columns.rows == 0) {
+    dataset_.require_sound();
     throw InputError("contains no rows", {.file = file_});
   }
   if (!columns.unread.empty()) {

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "gdal/session.hpp"
+#include "gdal/stored_types.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/words.hpp"
 
@@ -69,17 +70,11 @@ struct Foreign {
   std::string problem{};  ///< any other message of SQLite
 };
 
-std::string quoted(const std::string& name) {
-  std::string text = "\"";
-  for (const char c : name) text += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return text + '"';
-}
-
-/// The first column of a row.
+/// The first column of a row, in UTF-8 whatever the encoding of the database.
 std::string text_of(sqlite3_stmt* statement) {
-  const void* const text = sqlite3_column_blob(statement, 0);
-  const int size = sqlite3_column_bytes(statement, 0);
-  return {static_cast<const char*>(text), static_cast<std::size_t>(size)};
+  const unsigned char* const text = sqlite3_column_text(statement, 0);
+  const auto size = static_cast<std::size_t>(sqlite3_column_bytes(statement, 0));
+  return text == nullptr ? std::string() : std::string(text, text + size);
 }
 
 /// A connection of SQLite itself, without the functions and tables that GDAL adds to each.
@@ -203,15 +198,16 @@ bool require_own_data(const std::string& path,
   const auto tables = database.is_open() ? database.tables() : std::nullopt;
   if (!tables) return false;
   for (const std::string& table : *tables) {
-    const Foreign foreign = database.foreign("select * from " + quoted(table));
+    const Foreign foreign = database.foreign("select * from " + quoted_name(table));
     const bool is_harmless = foreign.module.empty() || is_of_database(foreign.module);
     if (foreign.function.empty() && is_harmless) continue;
     const std::string what = foreign.module.empty() ? "uses the function " + foreign.function
                                                     : "is a virtual table of " + foreign.module;
-    throw InputError(
-        fmt::format(
-            "{} {}, which may read other files or a network; {}", quoted(table), what, kRemedy),
-        {.file = place});
+    throw InputError(fmt::format("{} {}, which may read other files or a network; {}",
+                                 quoted_name(table),
+                                 what,
+                                 kRemedy),
+                     {.file = place});
   }
   if (!choice.sql.empty()) require_own_query(database, choice.sql);
   return true;
@@ -222,9 +218,9 @@ std::string require_own_layers(const std::string& sql, const std::vector<Queried
   for (const QueriedLayer& layer : layers) {
     std::string columns;
     for (const std::string& column : layer.columns) {
-      columns += (columns.empty() ? "" : ", ") + quoted(column);
+      columns += (columns.empty() ? "" : ", ") + quoted_name(column);
     }
-    database.run(fmt::format("create table {} ({})", quoted(layer.name), columns));
+    database.run(fmt::format("create table {} ({})", quoted_name(layer.name), columns));
   }
   require_own_query(database, sql);
   return database.foreign(sql).problem;

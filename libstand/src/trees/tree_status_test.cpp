@@ -189,6 +189,7 @@ TEST_CASE("columns of answers are read by what their names say in any language")
     const CheckedInventory read = read_inventory_text(table_of(name, {"TRUE", "FALSE", "FALSE"}));
     CHECK(read.inventory.size() == 3);
     CHECK(has_note(read, fmt::format("`columns=status={}`", name)));
+    CHECK(has_note(read_inventory_text(table_of(name, {"A", "D", "A"})), "1 row has a word"));
     CHECK_FALSE(has_note(read_inventory_text(table_of(name, {"1", "0", "35.5"})), "living"));
     const CheckedInventory mapped = read_inventory_text(
         table_of(name, {"TRUE", "FALSE", "FALSE"}), with_columns(fmt::format("status={}", name)));

@@ -181,12 +181,13 @@ StatusWords::Entry* StatusWords::find(std::string_view value) {
     if (is_given_up()) return nullptr;
     double ignored = 0.0;
     const bool is_number = data::parse_number(value, ignored);
-    const auto status = is_number ? std::nullopt : status_in(value, StatusText::kAny);
+    const auto kind = if_true_ ? StatusText::kStatus : StatusText::kAny;
+    const auto status = is_number ? std::nullopt : status_in(value, kind);
     if (is_number) ++numbers_;
     bool is_gone = status && *status != TreeStatus::kAlive;
     if (if_true_) {
       const auto answer = answer_in(value);
-      if (!answer && !is_gone) ++others_;
+      if (!answer && !status) ++others_;
       is_gone = is_gone || (answer && *answer != (*if_true_ == TreeStatus::kAlive));
     }
     known = values_.emplace(std::string(value), Value{.is_gone = is_gone}).first;

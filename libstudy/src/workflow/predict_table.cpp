@@ -282,6 +282,7 @@ PredictionSummary predict_trees(const data::TableSource& trees,
       });
   if (!has_random_effects) idle["level"] = "on these models, which have no random effects";
   refuse_idle_settings(settings, {}, idle);
+  refuse_idle_settings(settings.equations);
   PredictionRun run(library, catalogue, settings);
   PredictionSummary summary{.settings = settings};
   TableFlow flow(
