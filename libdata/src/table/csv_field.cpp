@@ -43,7 +43,8 @@ bool begins_formula(std::string_view text) {
          std::string_view("=+-@").find(text[first]) != std::string_view::npos;
 }
 
-constexpr char kCellEnds[] = ";";
+/// What ends cells or lines where a spreadsheet takes another separator than the comma.
+constexpr char kCellEnds[] = ";\t\r\n";
 
 /// Numbers and codes of missing values are no formulas.
 bool is_harmless(std::string_view part) {
@@ -129,9 +130,7 @@ std::string with_decimal_point(std::string_view field) {
 }
 
 std::string plain_csv_field(std::string_view text) {
-  const bool is_special = std::ranges::any_of(
-      text, [](char c) { return c == ',' || c == ';' || c == '"' || c == '\r' || c == '\n'; });
-  if (!is_special) return std::string(text);
+  if (text.find_first_of(",;\"\t\r\n") == std::string_view::npos) return std::string(text);
   std::string quoted = "\"";
   for (const char c : text) {
     if (c == '"') quoted += '"';

@@ -367,10 +367,12 @@ TEST_CASE("a text that a spreadsheet would compute is written with an apostrophe
   CHECK(csv_field("=1+1") == "'=1+1");
   CHECK(csv_field("-2+3+cmd|' /C calc'!A0") == "'-2+3+cmd|' /C calc'!A0");
   CHECK(csv_field("@SUM(A1,B1)") == "\"'@SUM(A1,B1)\"");
-  CHECK(csv_field(" \t+x") == "' \t+x");
+  CHECK(csv_field(" +x") == "' +x");
   CHECK(csv_field("'=x") == "''=x");
-  // A spreadsheet with semicolons splits the field there.
+  // A spreadsheet with other separators splits the field there.
   CHECK(csv_field("a;=x") == "\"a;'=x\"");
+  CHECK(csv_field("a\t=x") == "\"a\t'=x\"");
+  CHECK(csv_field("a\n=x") == "\"a\n'=x\"");
   for (const char* const harmless :
        {"", "a=1", "'oak'", "-0.5", "+5", "-1e-05", "-", "--", "-inf"}) {
     CHECK(csv_field(harmless) == harmless);

@@ -9,8 +9,8 @@
 namespace silvafit::data {
 
 /// A text with an apostrophe before each part that a spreadsheet may read as a formula. Parts are
-/// separated by semicolons, which separate cells in many languages, even in a quoted field
-/// that is not the first of its line.
+/// separated by semicolons and tabs, which may separate cells, and by ends of lines, even in a
+/// quoted field that is not the first of its line.
 std::string with_guards(std::string_view text);
 
 /// A field of which a reader makes the text again: one apostrophe more before each part from which

@@ -75,7 +75,12 @@ std::string trouble(bg::validity_failure_type failure, const std::string& reason
     case bg::failure_spikes:
       return "the boundary returns along the same line";
     case bg::failure_self_intersections:
-      return "the boundary crosses or touches itself (" + reason + ")";
+      // "... A self-intersection point was found at (1, 2); method: i; ..."
+      if (const std::size_t at = reason.find(" at ("); at != std::string::npos) {
+        return "the boundary crosses or touches itself" +
+               reason.substr(at, reason.find(';', at) - at);
+      }
+      [[fallthrough]];
     case bg::failure_wrong_orientation:
       // Rings have been oriented; a ring that cannot be oriented is a bow tie.
       return "the boundary crosses or touches itself";

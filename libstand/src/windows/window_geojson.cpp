@@ -70,11 +70,28 @@ void add_feature(const JsonReader& feature, WindowCollector& windows) {
   }
 }
 
+/// The member crs of older GeoJSON, as QGIS and GDAL write it.
+void refuse_degrees(const JsonReader& document) {
+  if (!document.is_object()) return;
+  const auto system = document.find("crs");
+  if (!system || system->is_null() || !system->has("properties")) return;
+  const auto name = system->at("properties").find("name");
+  if (!name || name->is_null()) return;
+  const std::string text = name->text();
+  for (const std::string_view geographic : {"CRS84", "::4326", ":4326", "::4258", ":4258"}) {
+    if (!text.ends_with(geographic)) continue;
+    name->fail(
+        "the coordinates are degrees, but windows have the meters of the positions of "
+        "trees; save the layer in their projected system");
+  }
+}
+
 }  // namespace
 
 std::vector<NamedWindow> read_geojson_windows(const std::filesystem::path& path) {
   const JsonReader document = JsonReader::parse(text_of(path), path.string());
   WindowCollector windows;
+  refuse_degrees(document);
   const std::string type = type_of(document);
   if (type == "FeatureCollection") {
     for (const JsonReader& feature : document.at("features").items()) {

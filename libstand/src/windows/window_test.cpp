@@ -345,6 +345,20 @@ TEST_CASE("a GeoJSON point with a radius is a circular plot") {
                     Contains("needs the property 'radius'"));
 }
 
+TEST_CASE("GeoJSON windows in degrees are refused") {
+  const std::string text =
+      R"({"type": "FeatureCollection", "crs": {"type": "name", "properties": {"name": "NAME"}},
+          "features": [{"type": "Feature", "properties": {}, "geometry": {"type": "Polygon",
+          "coordinates": [[[9.0, 48.0], [9.1, 48.0], [9.1, 48.1], [9.0, 48.0]]]}}]})";
+  const auto with = [&text](const std::string& name) {
+    return read_windows_text(std::string(text).replace(text.find("NAME"), 4, name));
+  };
+  for (const char* const name : {"urn:ogc:def:crs:OGC:1.3:CRS84", "urn:ogc:def:crs:EPSG::4326"}) {
+    CHECK_THROWS_WITH(with(name), Contains("the coordinates are degrees"));
+  }
+  CHECK(with("urn:ogc:def:crs:EPSG::25832").size() == 1);
+}
+
 TEST_CASE("GeoJSON windows are read as feature, collection or bare geometry") {
   const std::string square = polygon("[[[0,0],[10,0],[10,10],[0,10],[0,0]]]");
   const auto bare = read_windows_text(square);
