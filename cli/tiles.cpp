@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "command.hpp"
+#include "help.hpp"
 #include "output_files.hpp"
 #include "setting_options.hpp"
 #include "shared_options.hpp"

@@ -50,12 +50,14 @@ std::string in_list(std::string_view name) {
 
 std::string list_of(std::span<const std::string> names) {
   constexpr std::size_t kShown = 40;
-  const auto shown = names.first(std::min(names.size(), kShown));
   std::string list;
-  for (const std::string& name : shown) list += (list.empty() ? "" : ", ") + in_list(name);
-  return shown.size() == names.size()
-             ? list
-             : fmt::format("{} and {} more", list, names.size() - shown.size());
+  std::size_t count = 0;
+  for (const std::string& name : names) {
+    // Columns that commands add for themselves.
+    if (name.starts_with('\x1f') || count++ >= kShown) continue;
+    list += (list.empty() ? "" : ", ") + in_list(name);
+  }
+  return count <= kShown ? list : fmt::format("{} and {} more", list, count - kShown);
 }
 
 std::string no_such_column(std::string_view name, std::span<const std::string> names) {

@@ -87,8 +87,8 @@ struct Setting : SettingHead {
   }
   /// The words of a bool, those of false and true, of a text, or of an enumeration that is not
   /// Worded; a Worded one has its own.
-  Setting& one_of(std::vector<std::string_view> words) {
-    choices = std::move(words);
+  Setting& one_of(const std::vector<std::string_view>& words) {
+    choices = words;
     return *this;
   }
   /// The option of the program without its hyphens, if it is not that of the key; of a bool that is
