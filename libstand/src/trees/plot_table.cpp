@@ -41,8 +41,10 @@ struct NumberColumn {
 constexpr std::array<NumberColumn, 12> kNumbers{{
     {.name = "area",
      .value = &PlotRecord::area_m2,
-     .usual = "areaqm aream2 plotarea plotaream2 plotsize plotsizem2 flache flaeche probeflache "
-              "probekreisflache flachem2 surface superficie"},
+     .usual =
+         "areaqm aream2 plotarea plotaream2 plotsize plotsizem2 flache flaeche probeflache "
+         "probekreisflache flachem2 surface superficie "
+         "areaparcela areadelaparcela superficieparcela superficiedelaparcela parzellenflache"},
     {.name = "area",
      .value = &PlotRecord::area_m2,
      .usual = "areaha plotareaha plotsizeha flacheha surfaceha superficieha",

@@ -27,11 +27,13 @@ constexpr std::array<TreeColumn, 19> kColumns{{
               "proefvlak proefvlaknr "
               "proefperk ornekalan ornekalanno "
               "样地 样地号 样地编号 样地名称 样方 样方号 样方编号 樣地 樣區 標準地 プロット",
-     .vague = "subplotid subplot parzelle parzellennr parcelle parcella stanowisko plocha 标准地 "
+     .vague = "subplotid subplot transect transecto transekt parzelle parzellennr parcelle "
+              "parcella stanowisko plocha 标准地 "
               "标准地号"},
     {.name = "tree",
      .meaning = "tree number",
-     .usual = "treeid idtree treeno treenr treenum treenumber treename treetag baum baumnr baumid "
+     .usual = "treeid individualid arv narv numarv idtree treeno treenr treenum treenumber "
+              "treename treetag baum baumnr baumid "
               "baumno "
               "baumnummer arbre arbreid idarbre numarbre noarbre narbre numeroarbre "
               "arbol arbolid idarbol numarbol noarbol narbol numeroarbol arvore idarvore numarvore "
@@ -76,7 +78,7 @@ constexpr std::array<TreeColumn, 19> kColumns{{
      .unit = "cm",
      .range = {.text = "above 0 cm", .largest = 1000.0},
      .usual =
-         "dbhob d13 d130 dbh13 dbh130 diameterbreastheight diameteratbreastheight "
+         "stemdiameter dbhob d13 d130 dbh13 dbh130 diameterbreastheight diameteratbreastheight "
          "diameter13 diameter13m diameter130 diameter130cm diameterat13m diametre13 diametre130 "
          "diametre130m diametrea130 diametrea130m diametro13 diametro130 diametroa130 "
          "diametroa130m "
