@@ -129,9 +129,10 @@ LeafyShoots leafy_shoots_of(const std::filesystem::path& models, const data::Jso
                 {"angle_deg", &shoots.angle_deg, 0.0, 120.0},
                 {"lift", &shoots.lift, -2.0, 2.0},
                 {"cross_deg", &shoots.cross_deg, 10.0, 90.0}},
-               {"picture", "reach", "whole_twigs", "deciduous", "autumn_color", "spring_color"});
+               {"picture", "reach", "groove", "whole_twigs", "deciduous", "autumn_color", "spring_color"});
   shoots.is_whole_twig = entry.has("whole_twigs") && entry.at("whole_twigs").boolean();
   if (entry.has("reach")) shoots.reach = entry.at("reach").number_between(0.0, 20.0);
+  if (entry.has("groove")) shoots.groove = entry.at("groove").number_between(0.0, 1.0);
   shoots.is_deciduous = entry.has("deciduous") && entry.at("deciduous").boolean();
   if (entry.has("autumn_color")) shoots.autumn = color_of(entry.at("autumn_color"));
   if (entry.has("spring_color")) shoots.spring = color_of(entry.at("spring_color"));
