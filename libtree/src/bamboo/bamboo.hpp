@@ -47,8 +47,8 @@ struct CulmBranching {
   double bend_deg = 34.0;  ///< downward, between base and tip
   double bend_sd_deg = 8.0;
   double tip_bend_deg = 34.0;  ///< of those at the culm's tip, which hang to the side it nods to
-  double thickness = 0.009;  ///< diameter at the base by length
-  double thickest = 0.35;    ///< diameter at the base relative to the culm's
+  double thickness = 0.009;    ///< diameter at the base by length
+  double thickest = 0.35;      ///< diameter at the base relative to the culm's
   int segments = 5;
 };
 
