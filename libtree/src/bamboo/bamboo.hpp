@@ -46,8 +46,9 @@ struct CulmBranching {
   double length_high = 1.0;
   double bend_deg = 34.0;  ///< downward, between base and tip
   double bend_sd_deg = 8.0;
-  double thickness = 0.009;  ///< diameter at the base by length
-  double thickest = 0.35;    ///< diameter at the base relative to the culm's
+  double tip_bend_deg = 34.0;  ///< of those at the culm's tip, which hang to the side it nods to
+  double thickness = 0.009;    ///< diameter at the base by length
+  double thickest = 0.35;      ///< diameter at the base relative to the culm's
   int segments = 5;
 };
 

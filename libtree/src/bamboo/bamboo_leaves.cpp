@@ -24,24 +24,33 @@ struct SprayLeaf {
   double shade = 1.0;
 };
 
+/// A leafy twig: side twigs to both sides in turn, each with a fan of leaves at its end.
 std::vector<SprayLeaf> spray(int number) {
-  constexpr int kPairs = 4;
-  std::vector<SprayLeaf> leaves;
-  for (int i = 0; i < kPairs; ++i) {
-    for (const int side : {-1, 1}) {
-      // Leaves of a twig grow alternately on both sides; the number of the image shifts the order.
-      const double turn = 0.5 * ((side > 0) == (number % 2 == 0) ? 1 : 0);
-      const double share = (i + turn) / kPairs;
-      const double wave = std::sin(1.7 * number + 2.3 * i + side);
-      leaves.push_back({.x = 0.5,
-                        .y = 0.04 + 0.52 * share,
-                        .angle_rad = side * (76.0 - 44.0 * share + 7.0 * wave) * kRadian,
-                        .length = 0.43 - 0.05 * share,
-                        .width = 0.085,
-                        .shade = 0.86 + 0.1 * wave});
+  constexpr int kFans = 6;
+  constexpr double kTwig = 0.2;
+  constexpr double kTwigWidth = 0.012;
+  constexpr double kLeaf = 0.25;
+  constexpr double kLeafWidth = 0.036;
+  std::vector<SprayLeaf> leaves{{.x = 0.5, .length = 0.8, .width = kTwigWidth, .shade = 0.7}};
+  for (int i = 0; i < kFans; ++i) {
+    const double share = static_cast<double>(i) / (kFans - 1);
+    // The number of the image shifts the order.
+    const double side = i + 1 == kFans ? 0.0 : (i + number) % 2 == 0 ? 1.0 : -1.0;
+    const double wave = std::sin(1.7 * number + 2.3 * i);
+    const double turn = side * (64.0 - 26.0 * share + 9.0 * wave) * kRadian;
+    const double y = 0.06 + 0.52 * share;
+    leaves.push_back({0.5, y, turn, kTwig, kTwigWidth, 0.7});
+    for (int k = -2; k <= 2; ++k) {
+      const double along = kTwig * (1.0 - 0.28 * std::abs(k));
+      const double shade = 0.88 + 0.1 * std::sin(5.0 * wave + 2.0 * k);
+      leaves.push_back({0.5 + along * std::sin(turn),
+                        y + along * std::cos(turn),
+                        turn + (27.0 * k + 6.0 * wave) * kRadian,
+                        kLeaf * (1.0 - 0.06 * std::abs(k)),
+                        kLeafWidth,
+                        shade});
     }
   }
-  leaves.push_back({.x = 0.5, .y = 0.55, .length = 0.43, .width = 0.085, .shade = 1.0});
   return leaves;
 }
 
@@ -51,7 +60,8 @@ double brightness(const SprayLeaf& leaf, double x, double y) {
   const double c = std::cos(leaf.angle_rad);
   const double along = ((x - leaf.x) * s + (y - leaf.y) * c) / leaf.length;
   const double across = ((x - leaf.x) * c - (y - leaf.y) * s) / leaf.width;
-  if (along < 0.0 || along > 1.0) return -1.0;
+  constexpr double kWidest = 0.6;
+  if (along < 0.0 || along > 1.0 || std::abs(across) > kWidest) return -1.0;
   // Widest at a third, with a long tip.
   const double half = 0.5 * std::pow(along, 0.45) * (1.0 - along) * 2.1;
   if (std::abs(across) > half) return -1.0;
@@ -74,8 +84,6 @@ Texture bamboo_leaf_picture(std::size_t size, const Color& color, int number) {
       const double x = (static_cast<double>(column) + 0.5) / width;
       double light = -1.0;
       for (const SprayLeaf& leaf : leaves) light = std::max(light, brightness(leaf, x, y));
-      const bool is_twig = std::abs(x - 0.5) < 0.6 / width && y < 0.56;
-      if (light < 0.0 && is_twig) light = 0.7;
       const double shade = light < 0.0 ? 0.9 : light;
       for (const double channel : color) picture.rgba.push_back(exact_srgb_byte(shade * channel));
       picture.rgba.push_back(light < 0.0 ? std::uint8_t{0} : kOpaque);

@@ -63,6 +63,7 @@ CulmBranching branches_of(const data::JsonReader& entry) {
                 {"length_low", &branches.length_low, 0.1, 1.0},
                 {"bend_deg", &branches.bend_deg, 0.0, 120.0},
                 {"bend_sd_deg", &branches.bend_sd_deg, 0.0, 60.0},
+                {"tip_bend_deg", &branches.tip_bend_deg, 0.0, 170.0},
                 {"thickness", &branches.thickness, 0.0005, 0.2},
                 {"thickest", &branches.thickest, 0.01, 1.0},
                 {"segments", &branches.segments, 1, 20}},

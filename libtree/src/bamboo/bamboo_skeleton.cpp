@@ -148,13 +148,19 @@ class BambooGrower {
                  Random& random) const {
     const CulmBranching& branches = preset_.branches;
     const double elevation = angles_[random.below(angles_.size())];
-    const double bend = random.normal(branches.bend_deg, branches.bend_sd_deg);
+    // The thin upper branches hang, to the side to which the culm nods.
+    const double share_of_crown = (node.z_m - shape_.hcb_m) / (shape_.h_m - shape_.hcb_m);
+    const double hangs = std::pow(share_of_crown, 5.0);
+    const double nod_rad = culm_.lean_azimuth_rad();
+    const double turn = hangs * std::remainder(nod_rad - azimuth_rad, kTwoPi);
+    const double bend = random.normal(std::lerp(branches.bend_deg, branches.tip_bend_deg, hangs),
+                                      branches.bend_sd_deg);
     const double share = random.uniform(branches.length_low, branches.length_high);
     return {.base = crown_.confine(culm_.at(node.z_m)),
             .culm_radius_m = culm_radius_m,
-            .azimuth_rad = azimuth_rad,
+            .azimuth_rad = azimuth_rad + turn,
             .elevation_rad = elevation * kRadian,
-            .bend_rad = std::clamp(bend, 0.0, 120.0) * kRadian,
+            .bend_rad = std::clamp(bend, 0.0, 170.0) * kRadian,
             .length_share = is_second ? branches.second_length * share : share,
             .random = Random(random.bits()),
             .is_second = is_second};
@@ -199,10 +205,12 @@ class BambooGrower {
 
   /// End of a branch that is not moved to a radius.
   Point free_tip(const Shoot& shoot) const {
-    const double elevation = std::max(shoot.elevation_rad - 0.5 * shoot.bend_rad, kFlattest);
+    const double chord = shoot.elevation_rad - 0.5 * shoot.bend_rad;
+    const bool hangs = shoot.base.z > crown_.hc_m();
+    const double elevation = hangs ? chord : std::max(chord, kFlattest);
     const Point flat = outward(shoot.azimuth_rad);
     const double radius = crown_.radius_m(flat.x, flat.y);
-    const double from_vertical = 0.5 * std::numbers::pi - elevation;
+    const double from_vertical = 0.5 * std::numbers::pi - std::max(elevation, kFlattest);
     const double distance =
         crown_.matching_distance_m(std::min(shoot.base.z, crown_.h_m()), from_vertical, radius);
     Point along = std::cos(elevation) * flat + Point{0.0, 0.0, std::sin(elevation)};
@@ -223,7 +231,9 @@ class BambooGrower {
       along = {-along.x, -along.y, along.z};
       reach = crown_.length_inside_m(shoot.base, along, wanted);
     }
-    return shoot.base + shoot.length_share * reach * along;
+    // Between unequal radii the crown is concave: a part of a line inside it may be outside.
+    reach = crown_.length_inside_m(shoot.base, along, shoot.length_share * reach);
+    return shoot.base + reach * along;
   }
 
   /// An arch over the straight line from the base to the tip, bent as far as the crown allows.

@@ -128,7 +128,7 @@ Culm::Culm(const TreeShape& shape, const Crown& crown, const CulmStyle& style, R
   bend(shape, crown, shape.culm.bend_deg.value_or(bend_deg));
   // Stout culms are stiff.
   constexpr double kSlender = 50.0;
-  constexpr double kRoom = 0.3;
+  constexpr double kRoom = 0.33;
   if (shape.culm.bend_deg || 100.0 * h_m_ < kSlender * dbh_cm_) return;
   bow_m_ = std::min(style.nod * (h_m_ - std::max(kBreastHeight, hcb_m_)),
                     kRoom * crown.radii().narrowest_m());

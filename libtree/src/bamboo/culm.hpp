@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bamboo/bamboo.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/tree/point.hpp"
 
 namespace silvafit::tree {
@@ -56,6 +57,8 @@ class Culm {
   /// crown base.
   const std::vector<CulmNode>& nodes() const { return nodes_; }
   const std::vector<Note>& notes() const { return notes_; }
+  /// The side to which it leans and nods, from north over east.
+  double lean_azimuth_rad() const { return lean_azimuth_deg_ * kRadian; }
 
   /// From the ground to the tip, with a ridge at each node; breast height is a point outside all
   /// ridges.

@@ -123,15 +123,17 @@ std::shared_ptr<const BarkPicture> bark_picture(const std::filesystem::path& fil
 
 LeafyShoots leafy_shoots_of(const std::filesystem::path& models, const data::JsonReader& entry) {
   LeafyShoots shoots{.picture = shoot_picture(file_of(models / "shoots", entry.at("picture")))};
-  read_numbers(entry,
-               {{"length_m", &shoots.length_m, 0.05, 3.0},
-                {"leaf_area_index", &shoots.leaf_area_index, 0.1, 20.0},
-                {"angle_deg", &shoots.angle_deg, 0.0, 120.0},
-                {"lift", &shoots.lift, -2.0, 2.0},
-                {"cross_deg", &shoots.cross_deg, 10.0, 90.0}},
-               {"picture", "reach", "whole_twigs", "deciduous", "autumn_color", "spring_color"});
+  read_numbers(
+      entry,
+      {{"length_m", &shoots.length_m, 0.05, 3.0},
+       {"leaf_area_index", &shoots.leaf_area_index, 0.1, 20.0},
+       {"angle_deg", &shoots.angle_deg, 0.0, 120.0},
+       {"lift", &shoots.lift, -2.0, 2.0},
+       {"cross_deg", &shoots.cross_deg, 10.0, 90.0}},
+      {"picture", "reach", "groove", "whole_twigs", "deciduous", "autumn_color", "spring_color"});
   shoots.is_whole_twig = entry.has("whole_twigs") && entry.at("whole_twigs").boolean();
   if (entry.has("reach")) shoots.reach = entry.at("reach").number_between(0.0, 20.0);
+  if (entry.has("groove")) shoots.groove = entry.at("groove").number_between(0.0, 1.0);
   shoots.is_deciduous = entry.has("deciduous") && entry.at("deciduous").boolean();
   if (entry.has("autumn_color")) shoots.autumn = color_of(entry.at("autumn_color"));
   if (entry.has("spring_color")) shoots.spring = color_of(entry.at("spring_color"));

@@ -69,6 +69,7 @@ TEST_CASE("a preset with an invalid field is refused with file and field") {
   CHECK(with_value("outer_color", "[0, 0, 2]") == "foliage.outer_color");
   CHECK(with_value("outer_color", "[0, 1, 1]") == "foliage.outer_color");
   CHECK(with_value("picture", "\"roses\"") == "leafy_shoots.picture");
+  CHECK(with_value("groove", "1.5") == "leafy_shoots.groove");
   CHECK(with_value("bark", "\"cork\"") == "bark");
   CHECK(with_value("bark_color",
                    "[0.1, 0.1, 0.1], \"bark_by_diameter\": [[1, 0, 0, 0], [0.5, 0, 0, 0]]") ==

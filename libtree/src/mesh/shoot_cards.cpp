@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "mesh/boughs.hpp"
 #include "mesh/crown_light.hpp"
 #include "mesh/jitter.hpp"
 #include "mesh/leaf_surface.hpp"
@@ -28,7 +29,8 @@ struct Card {
 class CardWriter {
  public:
   /// \param tree  the tree's own shade and warmth
-  CardWriter(const Crown& crown,
+  CardWriter(const Skeleton& skeleton,
+             const Crown& crown,
              const LeafyShoots& shoots,
              double variation,
              Jitter tree,
@@ -39,6 +41,7 @@ class CardWriter {
         cross_cos_(std::cos(kRadian * shoots.cross_deg)),
         cross_sin_(std::sin(kRadian * shoots.cross_deg)),
         light_(crown),
+        boughs_(skeleton, crown, shoots.groove),
         build_(build) {
     // Trees of one species differ: some are darker, some more yellow.
     constexpr double kOfTrees = 0.5;
@@ -265,12 +268,14 @@ class CardWriter {
       const Point corner = card.base + along * card.along + across * card.across + arch;
       const bool is_inside = card.is_inside && i / 2 != 1;
       const Point at = is_inside ? corner : crown_.confine(corner);
-      // Mostly that of the crown's surface, less that of the card, and bulging to its edges.
+      // Mostly that of the surface of crown and bough, less that of the card, and bulging to its
+      // edges.
       constexpr double kOfCard = 0.5;
       constexpr double kBulge = 0.35;
       const Point bulge = (kBulge * across / width) * card.across;
-      const Point normal =
-          direction(light_.outward(at) + CrownLight::kAbove + kOfCard * seen + bulge, seen);
+      const Point normal = direction(
+          light_.outward(at) + boughs_.outward(at) + CrownLight::kAbove + kOfCard * seen + bulge,
+          seen);
       corners[i] = {at, normal, build_.vertex(at, normal)};
       const Point tangent =
           direction(card.across - dot(card.across, normal) * normal, {1.0, 0.0, 0.0});
@@ -305,6 +310,7 @@ class CardWriter {
   double cross_sin_;
   Color tree_color_{};  ///< relative to the species'
   CrownLight light_;
+  Boughs boughs_;
   PartBuilder& build_;
 };
 
@@ -339,7 +345,7 @@ void add_shoots(const Skeleton& skeleton,
   const double larger = std::sqrt(static_cast<double>(options.foliage_per));
   const std::size_t drawn = sites.size() / static_cast<std::size_t>(options.foliage_per) + 2;
   build.reserve(12 * drawn, 8 * drawn);
-  CardWriter writer(crown, shoots, variation, tree, build);
+  CardWriter writer(skeleton, crown, shoots, variation, tree, build);
   for (std::uint32_t i = 0; i < sites.size(); ++i) {
     Jitter jitter(random);
     if (i % static_cast<std::uint32_t>(options.foliage_per) != 0) continue;

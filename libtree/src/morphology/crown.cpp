@@ -16,6 +16,7 @@ constexpr int kTableSteps = 128;
 /// share^power with the usual powers of crowns written out, because this is the inner loop.
 double power_of(double share, double power) {
   if (power == 2.0) return share * share;
+  if (power == 3.0) return share * share * share;
   if (power == 1.0) return share;
   return std::pow(share, power);
 }

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <limits>
 #include <vector>
 
@@ -35,6 +37,27 @@ class CrownGaps {
       nearest = std::min(nearest, dot(apart, apart));
     }
     return nearest;
+  }
+
+  /// The end nearest to a place, and its distance by that of the second nearest.
+  struct Nearest {
+    std::size_t nearest = 0;
+    double ratio = 0.0;
+  };
+  Nearest two_nearest(Point place) const {
+    const Point at = scaled(place);
+    Nearest found;
+    double first = std::numeric_limits<double>::infinity();
+    double second = first;
+    for (std::size_t i = 0; i < ends_.size(); ++i) {
+      const Point apart = ends_[i] - at;
+      const double squared = dot(apart, apart);
+      if (squared < first) found.nearest = i;
+      second = std::min(second, std::max(first, squared));
+      first = std::min(first, squared);
+    }
+    found.ratio = second > 0.0 ? std::sqrt(first / second) : 1.0;
+    return found;
   }
 
   /// In radii of the crown in the same direction, and in halves of its length: otherwise the wide

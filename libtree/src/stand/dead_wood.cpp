@@ -57,8 +57,8 @@ std::span<const SkeletonPoint> remaining_branch(const Axis& axis,
                                                 std::span<const SkeletonPoint> line) {
   if (decay_class == 1) return line;
   if (axis.order > 1 || decay_class > 3) return {};
-  constexpr std::size_t kFew = 3;  // of class 2: one branch of this number
-  if (decay_class == 2 && number % kFew != 0) return {};
+  constexpr std::size_t kFew = 3;  // one branch of this number
+  if (number % kFew != 0) return {};
   return line;
 }
 

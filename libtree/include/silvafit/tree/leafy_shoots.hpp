@@ -34,6 +34,8 @@ struct LeafyShoots {
   /// How far from the wood shoots fill the outer part of the crown, in lengths of a shoot; 0: they
   /// are along the twigs.
   double reach = 0.0;
+  /// Depth of the grooves between the boughs of a crown that shoots fill, by the crown's radius.
+  double groove = 0.0;
   /// A shoot is a whole twig, from its base to its tip, as a pinna of a fern. The twigs then give
   /// the number and the lengths of the shoots.
   bool is_whole_twig = false;
