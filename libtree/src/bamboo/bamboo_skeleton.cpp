@@ -276,11 +276,11 @@ class BambooGrower {
     const std::uint32_t axis = skeleton_.add_axis(1, 0);
     const double radius =
         std::max(std::min(0.5 * branches.thickness * span, branches.thickest * shoot.culm_radius_m),
-                 kThinnestWood_m);
+                 kThinnestWoodM);
     for (std::size_t i = 0; i < line.size(); ++i) {
       const double share = static_cast<double>(i) / static_cast<double>(line.size() - 1);
       skeleton_.add_point(
-          line[i], i + 1 == line.size() ? 0.0 : std::max((1.0 - share) * radius, kThinnestWood_m));
+          line[i], i + 1 == line.size() ? 0.0 : std::max((1.0 - share) * radius, kThinnestWoodM));
     }
     add_twigs(axis, line, radius, span, shoot.random);
     add_leaf(axis, tip, line.back() - line[line.size() - 2], 1, shoot.random);
@@ -307,7 +307,7 @@ class BambooGrower {
       const double wanted =
           twigs.relative_length * span_m * (1.0 - (1.0 - twigs.tip_length) * along_share);
       const bool is_left = (i % 2 == 0) == begins_left;
-      const double base_radius = std::max((1.0 - share) * radius_m, kThinnestWood_m);
+      const double base_radius = std::max((1.0 - share) * radius_m, kThinnestWoodM);
       add_twig(bearer, base, direction(step), is_left, wanted, base_radius, random);
     }
   }
@@ -338,9 +338,9 @@ class BambooGrower {
     constexpr double kOfBearer = 0.7;
     const double radius =
         std::max(std::min(0.5 * preset_.branches.thickness * reach, kOfBearer * bearer_radius_m),
-                 kThinnestWood_m);
+                 kThinnestWoodM);
     skeleton_.add_point(base, radius);
-    skeleton_.add_point(middle, std::max(0.5 * radius, kThinnestWood_m));
+    skeleton_.add_point(middle, std::max(0.5 * radius, kThinnestWoodM));
     skeleton_.add_point(tip, 0.0);
     const int leaves = preset_.leaves.per_twig;
     for (int i = 0; i < leaves; ++i) {

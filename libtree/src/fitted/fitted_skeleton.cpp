@@ -426,7 +426,7 @@ class Fitter {
     if (grown_base * thickness_[i] > most) thickness_[i] = most / grown_base;
     const bool has_wood = grown_base > 0.0;
     for (SkeletonPoint& point : line_) {
-      point.radius_m = has_wood ? std::max(point.radius_m * thickness_[i], kThinnestWood_m) : 0.0;
+      point.radius_m = has_wood ? std::max(point.radius_m * thickness_[i], kThinnestWoodM) : 0.0;
     }
     line_.back().radius_m = 0.0;
   }

@@ -78,9 +78,9 @@ class SkeletonGrower {
 
   double branch_radius_m(const PlannedBranch& branch, double length_m, double stem_radius_m) const {
     const Branching& branching = preset_.branching;
-    if (branch.is_limb) return std::max(branching.fork.thickness * stem_radius_m, kThinnestWood_m);
+    if (branch.is_limb) return std::max(branching.fork.thickness * stem_radius_m, kThinnestWoodM);
     const double by_length = 0.5 * branching.thickness * length_m;
-    return std::max(std::min(by_length, branching.thickest * stem_radius_m), kThinnestWood_m);
+    return std::max(std::min(by_length, branching.thickest * stem_radius_m), kThinnestWoodM);
   }
 
   /// A bowed line from the stem to the branch's tip between the crown curves.
@@ -108,7 +108,7 @@ class SkeletonGrower {
                         std::min(chord, crown_.down_m(distance, radius)),
                         std::max(chord, crown_.up_m(distance, radius)));
       skeleton_.add_point(crown_.confine(at),
-                          std::max((1.0 - share) * base_radius, kThinnestWood_m));
+                          std::max((1.0 - share) * base_radius, kThinnestWoodM));
     }
     skeleton_.add_point(tip, 0.0);
     return axis;
@@ -213,7 +213,7 @@ class SkeletonGrower {
     for (int i = 1; i < twigs.segments; ++i) {
       const double share = static_cast<double>(i) / twigs.segments;
       skeleton_.add_point(crooked(base.at, along, length, share),
-                          std::max((1.0 - share) * radius, kThinnestWood_m));
+                          std::max((1.0 - share) * radius, kThinnestWoodM));
     }
     skeleton_.add_point(base.at + length * along, 0.0);
     if (shoots != nullptr) add_twigs(axis, length, *shoots, nullptr);
@@ -222,7 +222,7 @@ class SkeletonGrower {
   double twig_radius_m(double bearer_radius_m, double length_m) const {
     constexpr double kOfBearer = 0.7;
     const double by_length = 0.5 * preset_.branching.thickness * length_m;
-    return std::max(std::min(by_length, kOfBearer * bearer_radius_m), kThinnestWood_m);
+    return std::max(std::min(by_length, kOfBearer * bearer_radius_m), kThinnestWoodM);
   }
 
   Point crooked(Point base, Point along, double length_m, double share) {

@@ -25,7 +25,7 @@ struct SkeletonPoint {
 };
 
 /// The thinnest radius of wood: a float at the height of the tallest tree still resolves it.
-inline constexpr double kThinnestWood_m = 0.0003;
+inline constexpr double kThinnestWoodM = 0.0003;
 
 /// A point of the straight line between two others, at a proportion of it.
 inline SkeletonPoint between(const SkeletonPoint& from, const SkeletonPoint& to, double part) {
