@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import logging
 import os
 from typing import Any, Callable, Collection, Dict, Iterable, List, Mapping, Optional, Tuple, Union
 
@@ -218,20 +219,24 @@ def _is_geometry(dtype: Any) -> bool:
 
 def has_geometry(data: pd.DataFrame) -> bool:
     """Whether it is a GeoDataFrame with an active geometry."""
-    return any(_is_geometry(dtype) for dtype in data.dtypes) and hasattr(data, "geometry")
+    return any(_is_geometry(dtype) for dtype in data.dtypes) and hasattr(data, "to_crs") and hasattr(data, "geometry")
 
 
 def _with_positions(data: pd.DataFrame) -> pd.DataFrame:
-    """Points of geopandas give the columns x and y, if there are none."""
+    """Points of geopandas give the columns x and y; others of these names become x_column and y_column, as for layers."""
     if not has_geometry(data):
-        return data
-    if "x" in data.columns or "y" in data.columns:
         return data
     points = data.geometry
     if not (points.geom_type.dropna() == "Point").all():
         return data
     check_projected(points)
-    return data.assign(x=points.x, y=points.y)
+    positions = {"x": points.x, "y": points.y}
+    for name, values in positions.items():
+        if name in data.columns and not np.allclose(pd.to_numeric(data[name], errors="coerce"), values, rtol=0.0, atol=1e-3, equal_nan=True):
+            logging.getLogger("silvafit").info("the column %s differs from the positions of the points; the points are used, and the "
+                                               "column is called %s_column", name, name)
+            data = data.rename(columns={name: f"{name}_column"})
+    return data.assign(**positions)
 
 
 def check_projected(shapes: Any) -> None:

@@ -12,16 +12,29 @@ plain_column <- function(column, name) {
 # Classes of numbers that mean something else.
 not_numbers <- c("Date", "POSIXt", "difftime", "integer64")
 
+# The numbers of bit64: each in two halves of 32 bits, whose smallest is NA.
+plain_integers <- function(column, name) {
+  bytes <- writeBin(as.vector(unclass(column)), raw(), endian = "little")
+  halves <- matrix(readBin(bytes, "integer", 2 * length(column), endian = "little"), 2)
+  low <- ifelse(is.na(halves[1, ]), 2^31, halves[1, ] %% 2^32)
+  numbers <- halves[2, ] * 2^32 + low
+  if (any(abs(numbers) > 2^53, na.rm = TRUE)) stop_input("column '", name, "' has numbers beyond 2^53; make it text with as.character()", column = name)
+  numbers
+}
+
 # \param names  columns to take; all, without those that are neither numbers nor texts, if NULL
 plain_columns <- function(data, names = NULL) {
   if (is.null(names)) {
     # Dates of inventories are texts, also as labels.
     for (name in base::names(data)) if (inherits(data[[name]], c("Date", "POSIXt"))) data[[name]] <- date_text(data[[name]])
+    for (name in base::names(data)) if (inherits(data[[name]], "integer64")) data[[name]] <- plain_integers(data[[name]], name)
     usable <- vapply(data, function(column) {
       (is.factor(column) || is.character(column) || is.logical(column) || is.numeric(column)) &&
         is.null(dim(column)) && !inherits(column, not_numbers)
     }, logical(1))
     names <- base::names(data)[usable]
+    unread <- vapply(data[!usable], function(column) class(column)[1], "")
+    if (length(unread) > 0) tell(paste0("columns that are neither numbers, texts nor factors are not read: ", paste0(base::names(unread), " (", unread, ")", collapse = ", ")))
   }
   columns <- lapply(names, function(name) plain_column(data[[name]], name))
   base::names(columns) <- names
@@ -48,7 +61,12 @@ without_geometry <- function(data) {
     for (i in seq_len(ncol(coordinates))) {
       name <- c("x", "y", "z")[i]
       # st_as_sf(remove = FALSE) leaves the coordinates as columns.
-      if (is.null(plain[[name]]) || has_values(plain[[name]], coordinates[, i])) plain[[name]] <- coordinates[, i] * meters
+      if (!is.null(plain[[name]]) && !has_values(plain[[name]], coordinates[, i])) {
+        if (name == "z") next
+        tell(paste0("the column ", name, " differs from the positions of the points; the points are used, and the column is called ", name, "_column"))
+        plain[[paste0(name, "_column")]] <- plain[[name]]
+      }
+      plain[[name]] <- coordinates[, i] * meters
     }
   }
   plain

@@ -192,7 +192,12 @@ void Table::set_origin(std::string file, std::vector<std::uint32_t> lines) {
 
 std::string shortest(double value) {
   char buffer[32];
-  const auto [end, status] = std::to_chars(buffer, buffer + sizeof buffer, value);
+  // Whole numbers may be labels: 100000, not 1e+05.
+  constexpr double kExact = 9007199254740992.0;  // 2^53
+  const bool is_whole = std::abs(value) <= kExact && value == std::floor(value);
+  char* const last = buffer + sizeof buffer;
+  const auto [end, status] = is_whole ? std::to_chars(buffer, last, value, std::chars_format::fixed)
+                                      : std::to_chars(buffer, last, value);
   return status == std::errc() ? std::string(buffer, end) : fmt::format("{}", value);
 }
 

@@ -63,3 +63,15 @@ TEST_CASE("selected rows keep their lines") {
   CHECK(part.line(0) == 5);
   CHECK(part.file() == "t.csv");
 }
+
+TEST_CASE("whole numbers are labels without an exponent") {
+  Table table;
+  table.set("plot", std::vector<double>{100000.0, 100001.0, -2e6, 1.5, 9007199254740992.0, 1e300});
+  const TextColumn labels = table.labels("plot");
+  CHECK(labels[0] == "100000");
+  CHECK(labels[1] == "100001");
+  CHECK(labels[2] == "-2000000");
+  CHECK(labels[3] == "1.5");
+  CHECK(labels[4] == "9007199254740992");
+  CHECK(labels[5] == "1e+300");
+}

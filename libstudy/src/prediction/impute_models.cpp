@@ -87,13 +87,20 @@ void note_few_plots(const data::Table& measured,
       options.interval > 0.0 ? ", and the intervals lack the differences between them" : ""));
 }
 
+/// Whether the chosen method fits curves without random effects.
+bool is_without_effects(const ImputeOptions& options) {
+  return options.method == fit::Method::kOrdinary || options.method == fit::Method::kGeneralized;
+}
+
 /// Random effects to try in turn: the requested ones, or two, one and none.
 std::vector<std::string> random_texts(const fit::ModelSpecification& specification,
                                       const data::Table& table,
                                       const ImputeOptions& options) {
   if (!options.random.empty()) return {options.random};
   const std::string group = plot_column(table, options);
-  if (group.empty() || group_count(table, group) < 2) return {"none"};
+  if (group.empty() || group_count(table, group) < 2 || is_without_effects(options)) {
+    return {"none"};
+  }
   const std::vector<std::string> names = specification.coefficient_names();
   std::vector<std::string> texts;
   if (names.size() > 1) {
@@ -107,6 +114,7 @@ std::vector<std::string> random_texts(const fit::ModelSpecification& specificati
 /// The variance function; by the column dbh unless another is requested.
 std::string variance_text(const data::Table& table, const ImputeOptions& options) {
   if (!options.variance.empty()) return options.variance;
+  if (options.method == fit::Method::kOrdinary) return "none";
   return table.has("dbh") ? "power(dbh)" : "power";
 }
 
@@ -124,7 +132,8 @@ Attempt fitted(const Mean& mean, const data::Table& table, const ImputeOptions& 
     fit::FitModelOptions how = mean.options;
     if (options.method) how.method = options.method;
     // A method for random effects is ignored if there are none.
-    if (random == "none" && options.random.empty()) how.method.reset();
+    const bool is_idle = random == "none" && options.random.empty();
+    if (is_idle && !is_without_effects(options)) how.method.reset();
     fit::FittedModel fit = fit::fit_model(specification, table, how).fit;
     fit.model = mean.model;
     if (fit.convergence.converged()) {

@@ -357,6 +357,20 @@ TEST_CASE("too few plots for random effects give a note") {
   CHECK_THROWS_AS(impute(table, catalogue(), {.group = "plt"}), UsageError);
 }
 
+TEST_CASE("a method without random effects is used as it is") {
+  // The least-squares line through (10, 8), (20, 13) and (30, 17) is 11/3 + 0.45 x.
+  data::Table table;
+  data::TextColumn plots;
+  for (int row = 0; row < 4; ++row) plots.append("A");
+  table.set("plot", plots);
+  table.set("dbh", std::vector<double>{10.0, 20.0, 30.0, 40.0});
+  table.set("h", std::vector<double>{8.0, 13.0, 17.0, data::kMissing});
+  ImputeOptions options{.formula = "h ~ a + b*dbh"};
+  options.method = fit::Method::kOrdinary;
+  const Imputation line = impute(table, catalogue(), options);
+  CHECK(line.value[3] == Approx(11.0 / 3.0 + 0.45 * 40.0).epsilon(1e-9));
+}
+
 TEST_CASE("of several models the one with the lowest AIC is used") {
   const data::Table table = inventory();
   const Imputation m1 = impute(table, catalogue(), {.models = {"M1"}});
