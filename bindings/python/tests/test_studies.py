@@ -91,6 +91,22 @@ def test_further_columns_and_geometries_are_kept(small):
     assert sf.fit("M4", points).loglik == sf.fit("M4", trees).loglik
 
 
+def test_points_are_the_positions_beside_other_columns(small):
+    geopandas = pytest.importorskip("geopandas")
+    feet = small.assign(x=small.x / 0.3048, y=small.y / 0.3048)
+    points = geopandas.GeoDataFrame(feet, geometry=geopandas.points_from_xy(small.x, small.y), crs=32650)
+    found, expected = sf.structural_units(points), sf.structural_units(small)
+    assert found["C"].equals(expected["C"])
+    # A frame of pandas with a column of geometries is a table.
+    assert sf.fit("M4", pd.DataFrame(points)).loglik == sf.fit("M4", small).loglik
+
+
+def test_round_numbers_are_labels(small):
+    numbered = small.assign(plot=100000 + small["plot"].astype("category").cat.codes)
+    found = sf.stand_summary(numbered, plot_area=500)
+    assert list(found.plots["plot"].astype(str)) == [str(number) for number in sorted(numbered["plot"].unique())]
+
+
 def test_pages_are_opened_in_the_browser(monkeypatch, tmp_path):
     opened = []
     monkeypatch.setattr("webbrowser.open", opened.append)

@@ -20,6 +20,14 @@ broken <- rbind(trees, data.frame(plot = "1", tree = 61, species = "SM", x = NA,
 expect_true(is.na(suppressMessages(structural_units(broken, edge = "none", trust_units = TRUE))$M[61]))
 expect_equal(tryCatch(structural_units(trees, edge = "none", trust_units = TRUE), silvafit_note = function(m) "a note"), "a note")
 
+# Round numbers are labels, and whole numbers of 64 bits (bit64's class over the bytes of doubles) are read.
+numbered <- transform(trees, plot = 100000 + as.integer(factor(plot)))
+figures_of <- function(data) suppressMessages(stand_summary(data, plot_area = 500))$plots
+expect_equal(as.character(figures_of(numbered)$plot), as.character(sort(unique(numbered$plot))))
+wide <- function(values) structure(readBin(writeBin(as.integer(rbind(values, 0L)), raw(), endian = "little"), "double", length(values), endian = "little"), class = "integer64")
+expect_equal(figures_of(within(numbered, plot <- wide(plot))), figures_of(numbered))
+expect_message(stand_summary(within(numbered, note <- I(as.list(plot))), plot_area = 500), "not read: note")
+
 # Windows of sf and as a file are the same.
 window <- tempfile(fileext = ".wkt")
 writeLines("POLYGON ((0 0, 40 0, 40 40, 0 40, 0 0))", window)
@@ -29,6 +37,9 @@ if (requireNamespace("sf", quietly = TRUE)) {
   polygon <- sf::st_polygon(list(rbind(c(0, 0), c(40, 0), c(40, 40), c(0, 40), c(0, 0))))
   expect_equal(suppressMessages(structural_units(trees, window = sf::st_sfc(polygon), per = "stand", trust_units = TRUE))$core, from_file$core)
   points <- sf::st_as_sf(trees, coords = c("x", "y"))
+  # Points are the positions, whatever other columns are called x and y.
+  beside <- transform(points, x = trees$x / 0.3048, y = trees$y / 0.3048)
+  expect_equal(suppressMessages(structural_units(sf::st_as_sf(beside), trust_units = TRUE))$C, suppressMessages(structural_units(trees, trust_units = TRUE))$C)
   expect_equal(suppressMessages(structural_units(points, edge = "none", trust_units = TRUE))$W, units$W)
 } else skipped("sf is not installed")
 
