@@ -56,6 +56,59 @@ VectorXd symmetric_slopes(const SurfaceSetting& setting,
   return slopes;
 }
 
+/// The first label of the strata whose standard deviations have ratios; empty if there are none.
+std::string reference_stratum(const FittedModel& fit) {
+  for (const VarianceFactorEstimate& factor : fit.variance.factors) {
+    if (factor.ratio.size() > 0 && !factor.strata.empty()) return factor.strata.front();
+  }
+  return {};
+}
+
+/// The stratum of a parameter of the variance function, "" if it has none.
+std::string stratum_of(const NaturalParameter& parameter) {
+  const std::string& name = parameter.name;
+  const bool is_of_stratum = parameter.kind == ParameterKind::kVariance && name.ends_with(')');
+  const std::size_t open = is_of_stratum ? name.rfind(" (") : std::string::npos;
+  return open == std::string::npos ? "" : name.substr(open + 2, name.size() - open - 3);
+}
+
+/// Whether a parameter belongs to a stratum without residuals: its own, and the likelihood does not
+/// depend on it. Sigma is the standard deviation of the reference.
+bool is_of_exact_stratum(const FittedModel& fit, const NaturalParameter& parameter) {
+  const std::string stratum =
+      parameter.kind == ParameterKind::kSigma ? reference_stratum(fit) : stratum_of(parameter);
+  return fit.convergence.has(Evidence::Kind::kBoundary, "sd of " + stratum);
+}
+
+/// Whether a parameter of the residuals' variance or correlation is at an end of its range. Without
+/// a range the nugget has no effect.
+bool is_at_end(const FittedModel& fit, const NaturalParameter& parameter) {
+  const auto is_end = [&](const std::string& name) {
+    return fit.convergence.has(Evidence::Kind::kBoundary, name);
+  };
+  const std::string& name = parameter.name;
+  const std::string stratum = stratum_of(parameter);
+  const std::string of = stratum.empty() ? "" : " of " + stratum;
+  if (name.starts_with("constant") && is_end("the constant of the variance function" + of)) {
+    return true;
+  }
+  if (name.starts_with("ratio") && is_end("sd of " + reference_stratum(fit))) return true;
+  return is_of_exact_stratum(fit, parameter) || is_end(name) ||
+         (name == "nugget" && is_end("range"));
+}
+
+/// The inverse of the Hessian with some coordinates held: what rounding errors make of their
+/// curvature, which is 0, would be taken for information.
+MatrixXd inverse_without(const std::vector<Index>& held, const MatrixXd& hessian) {
+  std::vector<Index> free;
+  for (Index k = 0; k < hessian.rows(); ++k) {
+    if (std::ranges::find(held, k) == held.end()) free.push_back(k);
+  }
+  MatrixXd result = MatrixXd::Zero(hessian.rows(), hessian.cols());
+  result(free, free) = informed_inverse(hessian(free, free));
+  return result;
+}
+
 }  // namespace
 
 ProfileStart start_of(const SurfaceSetting& setting, LikelihoodSurface& surface) {
@@ -109,15 +162,21 @@ MatrixXd symmetric_covariance(const SurfaceSetting& setting,
   const BoundaryTerms boundary = boundary_terms(surface.layout(), surface.optimum());
   const std::vector<std::string> confounded = confounded_variances(setting).names;
   MatrixXd jacobian(static_cast<Index>(parameters.size()), surface.optimum().size());
+  std::vector<Index> held;
   for (std::size_t k = 0; k < parameters.size(); ++k) {
-    VectorXd slopes = symmetric_slopes(setting, surface, parameters[k]);
-    const bool is_confounded =
-        std::ranges::find(confounded, parameters[k].name) != confounded.end();
-    if (boundary.contain(parameters[k]) || is_confounded || !slopes.allFinite())
+    const NaturalParameter& parameter = parameters[k];
+    VectorXd slopes = symmetric_slopes(setting, surface, parameter);
+    const bool is_confounded = std::ranges::find(confounded, parameter.name) != confounded.end();
+    if (boundary.contain(parameter) || is_confounded || is_at_end(setting.fit, parameter) ||
+        !slopes.allFinite())
       slopes.setConstant(kNaN);
     jacobian.row(static_cast<Index>(k)) = slopes;
+    if (!is_of_exact_stratum(setting.fit, parameter)) continue;
+    const bool is_sigma = parameter.kind == ParameterKind::kSigma;
+    held.push_back(is_sigma ? surface.layout().sigma_at() : parameter.coordinate);
   }
-  return jacobian * start.inverse * jacobian.transpose();
+  const MatrixXd inverse = held.empty() ? start.inverse : inverse_without(held, start.hessian);
+  return jacobian * inverse * jacobian.transpose();
 }
 
 }  // namespace silvafit::fit

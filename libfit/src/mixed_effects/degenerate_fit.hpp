@@ -28,10 +28,10 @@ struct Degeneracy {
 Degeneracy degeneracy(const NonlinearModel& model,
                       const CoefficientFrame& frame,
                       const MixedEffectsFit& fit);
-/// Strata of a variance function without random effects that have no more observations than the
-/// curve can pass through: the likelihood grows without bound as the curve does so and their
-/// standard deviation goes to 0, so that an estimate is a local maximum at best. (The restricted
-/// likelihood is bounded.)
+/// Strata of a variance function through whose observations curve and random effects can pass,
+/// although the effects alone cannot: the likelihood grows without bound as they do so and the
+/// stratum's standard deviation goes to 0, so that an estimate is a local maximum at best. (The
+/// restricted likelihood is bounded.)
 std::vector<std::string> strata_without_freedom(const NonlinearModel& model,
                                                 const MixedEffectsFit& fit);
 /// Whether the model fits all observations exactly.

@@ -324,7 +324,13 @@ void note_vanishing_constants(const NonlinearModel& model, MixedEffectsFit& fit)
 void note_strata_without_freedom(const NonlinearModel& model, MixedEffectsFit& fit) {
   std::vector<std::string> strata = strata_without_freedom(model, fit);
   if (strata.empty()) return;
-  fit.convergence.find({.kind = Finding::Kind::kStratumOfFew, .names = std::move(strata)});
+  Convergence& convergence = fit.convergence;
+  if (convergence.status == ConvergenceStatus::kMaximumNotReached) {
+    convergence.conclude(ConvergenceStatus::kNoMaximum,
+                         {.kind = Finding::Kind::kVanishingStratum, .names = std::move(strata)});
+  } else {
+    convergence.find({.kind = Finding::Kind::kStratumOfFew, .names = std::move(strata)});
+  }
 }
 
 /// Records that the likelihood has no maximum.
