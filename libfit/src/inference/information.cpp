@@ -98,14 +98,30 @@ bool is_at_end(const FittedModel& fit, const NaturalParameter& parameter) {
 }
 
 /// The inverse of the Hessian with some coordinates held: what rounding errors make of their
-/// curvature, which is 0, would be taken for information.
-MatrixXd inverse_without(const std::vector<Index>& held, const MatrixXd& hessian) {
+/// curvature, which is 0, would be taken for information. NaN if these errors, which another
+/// difference shows, are larger than the curvature in other directions, too: nearly exact rows
+/// have weights that leave no digits of the others.
+MatrixXd inverse_without(const std::vector<Index>& held,
+                         const MatrixXd& hessian,
+                         LikelihoodSurface& surface) {
   std::vector<Index> free;
   for (Index k = 0; k < hessian.rows(); ++k) {
     if (std::ranges::find(held, k) == held.end()) free.push_back(k);
   }
-  MatrixXd result = MatrixXd::Zero(hessian.rows(), hessian.cols());
-  result(free, free) = informed_inverse(hessian(free, free));
+  const VectorXd& x = surface.optimum();
+  const SmoothFunction function = [&](const VectorXd& at, VectorXd* slope) {
+    return surface.value(at, slope);
+  };
+  VectorXd gradient(x.size());
+  surface.value(x, &gradient);
+  const MatrixXd own = hessian(free, free);
+  const MatrixXd errors = one_sided_hessian(function, x, gradient)(free, free) - own;
+  const VectorXd unit = own.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const VectorXd curvatures = symmetric_eigen(unit.asDiagonal() * own * unit.asDiagonal()).values;
+  const bool is_known =
+      (unit.asDiagonal() * errors * unit.asDiagonal()).norm() < curvatures[curvatures.size() / 2];
+  MatrixXd result = MatrixXd::Constant(hessian.rows(), hessian.cols(), is_known ? 0.0 : kNaN);
+  if (is_known) result(free, free) = informed_inverse(own);
   return result;
 }
 
@@ -156,7 +172,7 @@ ConfoundedVariances confounded_variances(const SurfaceSetting& setting) {
 }
 
 MatrixXd symmetric_covariance(const SurfaceSetting& setting,
-                              const LikelihoodSurface& surface,
+                              LikelihoodSurface& surface,
                               const std::vector<NaturalParameter>& parameters,
                               const ProfileStart& start) {
   const BoundaryTerms boundary = boundary_terms(surface.layout(), surface.optimum());
@@ -175,7 +191,8 @@ MatrixXd symmetric_covariance(const SurfaceSetting& setting,
     const bool is_sigma = parameter.kind == ParameterKind::kSigma;
     held.push_back(is_sigma ? surface.layout().sigma_at() : parameter.coordinate);
   }
-  const MatrixXd inverse = held.empty() ? start.inverse : inverse_without(held, start.hessian);
+  const MatrixXd inverse =
+      held.empty() ? start.inverse : inverse_without(held, start.hessian, surface);
   return jacobian * inverse * jacobian.transpose();
 }
 

@@ -266,15 +266,16 @@ class StratumRanks {
 
   bool are_known() const { return jacobian_.allFinite(); }
 
-  /// Without effects, and with those of the first terms.
-  bool can_vanish(const std::vector<Index>& rows) const {
+  bool can_vanish(const std::vector<Index>& rows, PassingEffects which) const {
     constexpr Index kLargest = 1000;  // of dense matrices
     if (rows.empty() || std::ssize(rows) > kLargest) return false;
     const MatrixXd fixed = jacobian_(rows, Eigen::seqN(0, model_.coefficient_count()));
     MatrixXd effects(fixed.rows(), 0);
     for (std::size_t t = 0;; ++t) {
-      if (is_passed(fixed, effects)) return true;
-      if (t == model_.term_count()) return false;
+      const bool has_all = t == model_.term_count();
+      const bool is_wanted = has_all || which == PassingEffects::kSome;
+      if (is_wanted && is_passed(fixed, effects)) return true;
+      if (has_all) return false;
       add_effects(t, rows, effects);
     }
   }
@@ -338,7 +339,8 @@ Degeneracy degeneracy(const NonlinearModel& model,
 }
 
 std::vector<std::string> strata_without_freedom(const NonlinearModel& model,
-                                                const MixedEffectsFit& fit) {
+                                                const MixedEffectsFit& fit,
+                                                PassingEffects effects) {
   std::vector<std::string> result;
   if (!fit.estimate.allFinite()) return result;
   std::optional<StratumRanks> ranks;
@@ -352,7 +354,7 @@ std::vector<std::string> strata_without_freedom(const NonlinearModel& model,
       rows[static_cast<std::size_t>(strata.of_rows[i])].push_back(static_cast<Index>(i));
     }
     for (std::size_t s = 0; s < rows.size(); ++s) {
-      if (ranks->can_vanish(rows[s])) result.push_back(strata.labels[s]);
+      if (ranks->can_vanish(rows[s], effects)) result.push_back(strata.labels[s]);
     }
   }
   return result;

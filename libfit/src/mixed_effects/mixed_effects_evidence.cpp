@@ -322,10 +322,12 @@ void note_vanishing_constants(const NonlinearModel& model, MixedEffectsFit& fit)
 }
 
 void note_strata_without_freedom(const NonlinearModel& model, MixedEffectsFit& fit) {
-  std::vector<std::string> strata = strata_without_freedom(model, fit);
-  if (strata.empty()) return;
   Convergence& convergence = fit.convergence;
-  if (convergence.status == ConvergenceStatus::kMaximumNotReached) {
+  const bool is_search_lost = convergence.status == ConvergenceStatus::kMaximumNotReached;
+  std::vector<std::string> strata = strata_without_freedom(
+      model, fit, is_search_lost ? PassingEffects::kAll : PassingEffects::kSome);
+  if (strata.empty()) return;
+  if (is_search_lost) {
     convergence.conclude(ConvergenceStatus::kNoMaximum,
                          {.kind = Finding::Kind::kVanishingStratum, .names = std::move(strata)});
   } else {

@@ -110,14 +110,14 @@ TEST_CASE("a group too large for its negative correlation has no predictions, wi
   // The variance of a sum of n standardized residuals is n (1 + (n - 1) rho): with rho = -0.15 the
   // largest group has 7 rows.
   const Table data = lines(20, 7);
-  FittedModel fit =
-      fit_model(
-          specify_model(ModelTexts{.formula = "y ~ a + b*t", .correlation = "compound-symmetry(1 | g)"},
-                        data),
-          data)
-          .fit;
+  FittedModel fit = fit_model(specify_model(ModelTexts{.formula = "y ~ a + b*t",
+                                                       .correlation = "compound-symmetry(1 | g)"},
+                                            data),
+                              data)
+                        .fit;
   REQUIRE(fit.variance.correlation);
   fit.variance.correlation->values[0] = -0.15;
+  fit.variance.correlation->largest = 7;
   CHECK(group_gap(*fit.variance.correlation, 7).empty());
   CHECK_FALSE(group_gap(*fit.variance.correlation, 8).empty());
   for (const std::size_t measured : {6, 7}) {
