@@ -120,7 +120,8 @@ void add_name_doubts(const FitModelOptions& options, FittedModel& fit) {
   // The last finding before the result comes first.
   for (const Finding& finding : doubts.findings | std::views::reverse) convergence.find(finding);
   convergence.add(Evidence::Kind::kTakenAsParameter, doubts.names);
-  if (convergence.converged()) return;
+  // That a likelihood has no maximum is a reason of its own.
+  if (convergence.converged() || convergence.status == ConvergenceStatus::kNoMaximum) return;
   const std::vector<std::string> taken =
       parameters_taken(specification, known, {doubts.names.begin(), doubts.names.end()});
   if (!taken.empty()) convergence.find({.kind = Finding::Kind::kParametersTaken, .names = taken});

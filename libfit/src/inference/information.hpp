@@ -35,7 +35,7 @@ ConfoundedVariances confounded_variances(const SurfaceSetting& setting);
 /// (K x K) covariance of parameters on their symmetric scales, by the delta method; NaN where a
 /// parameter is at the boundary of its range or not identifiable.
 Eigen::MatrixXd symmetric_covariance(const SurfaceSetting& setting,
-                                     const LikelihoodSurface& surface,
+                                     LikelihoodSurface& surface,
                                      const std::vector<NaturalParameter>& parameters,
                                      const ProfileStart& start);
 

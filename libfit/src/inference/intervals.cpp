@@ -75,35 +75,6 @@ void add_wald_derived(const FittedModel& fit, double level, Intervals& result) {
   }
 }
 
-/// The first label of the strata whose standard deviations have ratios; empty if there are none.
-std::string reference_stratum(const FittedModel& fit) {
-  for (const VarianceFactorEstimate& factor : fit.variance.factors) {
-    if (factor.ratio.size() > 0 && !factor.strata.empty()) return factor.strata.front();
-  }
-  return {};
-}
-
-/// Whether a parameter of the residuals' variance or correlation is at an end of its range. Without
-/// a range the nugget has no effect.
-bool is_at_end(const FittedModel& fit, const NaturalParameter& parameter) {
-  const auto is_end = [&](const std::string& name) {
-    return fit.convergence.has(Evidence::Kind::kBoundary, name);
-  };
-  const std::string& name = parameter.name;
-  const std::size_t open = name.ends_with(')') ? name.rfind('(') : std::string::npos;
-  const std::string stratum =
-      open == std::string::npos ? "" : name.substr(open + 1, name.size() - open - 2);
-  const std::string of = stratum.empty() ? "" : " of " + stratum;
-  if (name.starts_with("constant") && is_end("the constant of the variance function" + of)) {
-    return true;
-  }
-  if (name.starts_with("ratio")) {
-    return is_end("sd of " + stratum) || is_end("sd of " + reference_stratum(fit));
-  }
-  if (name == "sigma") return is_end("sd of " + reference_stratum(fit));
-  return is_end(name) || (name == "nugget" && is_end("range"));
-}
-
 void add_wald_others(const FittedModel& fit, const data::Table& table, Intervals& result) {
   const SurfaceSetting setting(fit, table);
   const auto surface = make_surface(setting);
@@ -120,7 +91,7 @@ void add_wald_others(const FittedModel& fit, const data::Table& table, Intervals
     const double middle = to_symmetric(parameter, estimate);
     double error = std::sqrt(covariance(static_cast<Index>(k), static_cast<Index>(k)));
     // Directions without curvature are not part of the inverse.
-    if (!(error > 0.0) || is_at_end(fit, parameter)) error = kNaN;
+    if (!(error > 0.0)) error = kNaN;
     ParameterInterval interval{.kind = parameter.kind,
                                .name = parameter.name,
                                .estimate = estimate,

@@ -3,6 +3,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -272,31 +273,36 @@ std::vector<LindstromBatesState> LindstromBates::with_correlations(
   constexpr std::size_t kMost = 3;
   constexpr double kApart = 1.3;  // a factor of four in a range
   struct Start {
+    VectorXd theta;
     VectorXd parameters;
     double value;
   };
   std::vector<Start> all;
-  LindstromBatesState trial = state;
+  // Random effects and residuals of a long range explain the same differences of groups: all of
+  // these are with the effects, or nearly all with the residuals.
+  constexpr std::array kShares{1.0, 0.1};
   for (const VectorXd& start : variance_.correlated()->structure().starts()) {
-    trial.theta.tail(start.size()) = start;
-    Linearization at;
-    if (!linearize(trial, nullptr, at)) continue;
-    const LinearMixedProfile value = profile_at(at, trial.theta, false);
-    if (value.is_valid) all.push_back({start, value.minus_log_likelihood});
+    for (const double share : kShares) {
+      VectorXd theta = state.theta;
+      theta.head(random_parameter_count()) *= share;
+      theta.tail(start.size()) = start;
+      const LindstromBatesState trial = with_theta(state, theta);
+      Linearization at;
+      if (!linearize(trial, nullptr, at)) continue;
+      const LinearMixedProfile value = profile_at(at, theta, false);
+      if (value.is_valid) all.push_back({theta, start, value.minus_log_likelihood});
+    }
   }
   std::ranges::stable_sort(all, {}, &Start::value);
-  std::vector<VectorXd> chosen;
+  std::vector<Start> chosen;
   for (const Start& start : all) {
-    const bool is_new = std::ranges::none_of(chosen, [&](const VectorXd& other) {
-      return std::abs(start.parameters[0] - other[0]) < kApart;
+    const bool is_new = std::ranges::none_of(chosen, [&](const Start& other) {
+      return std::abs(start.parameters[0] - other.parameters[0]) < kApart;
     });
-    if (is_new && chosen.size() < kMost) chosen.push_back(start.parameters);
+    if (is_new && chosen.size() < kMost) chosen.push_back(start);
   }
   std::vector<LindstromBatesState> result;
-  for (const VectorXd& parameters : chosen) {
-    result.push_back(state);
-    result.back().theta.tail(parameters.size()) = parameters;
-  }
+  for (const Start& start : chosen) result.push_back(with_theta(state, start.theta));
   if (result.empty()) result.push_back(state);
   return result;
 }

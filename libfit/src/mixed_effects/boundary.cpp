@@ -3,15 +3,16 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "conditional_modes/sparse_factor.hpp"
 #include "correlation/correlation_structure.hpp"
 #include "model/correlated_rows.hpp"
+#include "model/model_groups.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "optimization/tolerances.hpp"
 #include "result/group_coefficients.hpp"
@@ -147,24 +148,71 @@ PowerUse power_use(const std::vector<Index>& rows,
   return result;
 }
 
-/// (N) the share of the residual variance in the variance of each observation given the others of
-/// its group: r_i (V^-1)_ii, with V = Z Psi Z' + R.
-VectorXd residual_shares(const NonlinearModel& model, const MixedEffectsFit& fit) {
-  const RandomEffects& term = model.specification().random.front();
+/// (N x Q) the columns of the random effects of all terms, times a root of their covariance and
+/// divided by the residual standard deviations.
+MatrixXd effects_over_residuals(const NonlinearModel& model, const MixedEffectsFit& fit) {
   const MatrixXd jacobian = model.curve_at(group_coefficients(model, fit)).jacobian;
-  const MatrixXd root = covariance_factor(fit.random.front().covariance);
-  MatrixXd effects = jacobian(Eigen::all, model.coefficients_of(term)) * root;
-  effects.array().colwise() /= fit.residual_sd.array();
+  MatrixXd result(jacobian.rows(), 0);
+  for (std::size_t t = 0; t < model.term_count(); ++t) {
+    const MatrixXd root = covariance_factor(fit.random[t].covariance);
+    const Index before = result.cols();
+    result.conservativeResize(Eigen::NoChange, before + root.cols());
+    result.rightCols(root.cols()) =
+        jacobian(Eigen::all, model.coefficients_of(model.specification().random[t])) * root;
+  }
+  result.array().colwise() /= fit.residual_sd.array();
+  return result;
+}
+
+/// (Q x cells) the places of the random effects of the cells of a cluster, and their number.
+std::pair<Eigen::MatrixXi, Index> effect_places(const NonlinearModel& model, Index cluster) {
+  const Index first = model.cluster_begin(cluster);
+  const Index cells = model.cluster_begin(cluster + 1) - first;
+  Eigen::MatrixXi places(0, cells);
+  Index size = 0;
+  for (std::size_t t = 0; t < model.term_count(); ++t) {
+    const std::vector<Index>& begin = model.groups().cluster_begin[t];
+    const auto c = static_cast<std::size_t>(cluster);
+    const Index q = std::ssize(model.coefficients_of(model.specification().random[t]));
+    const Index before = places.rows();
+    places.conservativeResize(before + q, Eigen::NoChange);
+    for (Index cell = 0; cell < cells; ++cell) {
+      const Index of_group = size + q * (model.group_of(t, first + cell) - begin[c]);
+      for (Index k = 0; k < q; ++k) places(before + k, cell) = static_cast<int>(of_group + k);
+    }
+    size += q * (begin[c + 1] - begin[c]);
+  }
+  return {std::move(places), size};
+}
+
+/// (N) the share of the residual variance in the variance of each observation given all others:
+/// r_i (V^-1)_ii, with V = Z Psi Z' of all terms + R.
+VectorXd residual_shares(const NonlinearModel& model, const MixedEffectsFit& fit) {
+  const MatrixXd effects = effects_over_residuals(model, fit);
   VectorXd result(effects.rows());
-  for (Index group = 0; group < model.group_count(); ++group) {
-    const Index begin = model.group_begin(group);
-    const auto rows = effects.middleRows(begin, model.group_begin(group + 1) - begin);
-    MatrixXd precision = rows.transpose() * rows;
-    precision.diagonal().array() += 1.0;
-    const Eigen::LLT<MatrixXd> factor(precision);
-    if (factor.info() != Eigen::Success) return VectorXd::Constant(effects.rows(), kNaN);
-    const MatrixXd whitened = factor.matrixL().solve(rows.transpose());
-    result.segment(begin, rows.rows()) = 1.0 - whitened.colwise().squaredNorm().transpose().array();
+  for (Index cluster = 0; cluster < model.cluster_count(); ++cluster) {
+    const Index first = model.cluster_begin(cluster);
+    const Index end = model.cluster_begin(cluster + 1);
+    const auto rows_of = [&](Index cell) {
+      const Index begin = model.group_begin(cell);
+      return effects.middleRows(begin, model.group_begin(cell + 1) - begin);
+    };
+    auto [places, size] = effect_places(model, cluster);
+    const SparsePattern pattern(size, std::move(places));
+    SparseFactor factor;
+    factor.begin(pattern, 1.0);
+    for (Index cell = first; cell < end; ++cell) {
+      factor.add(cell - first, SmallMatrix(rows_of(cell).transpose() * rows_of(cell)));
+    }
+    if (!effects.allFinite() || !factor.factorize())
+      return VectorXd::Constant(effects.rows(), kNaN);
+    factor.invert();
+    for (Index cell = first; cell < end; ++cell) {
+      const auto own = rows_of(cell);
+      const MatrixXd explained = own * factor.inverse_block(cell - first);
+      result.segment(model.group_begin(cell), own.rows()) =
+          1.0 - explained.cwiseProduct(own).rowwise().sum().array();
+    }
   }
   return result;
 }
@@ -262,17 +310,20 @@ CorrelationEnds correlation_ends(const NonlinearModel& model, const MixedEffects
 std::vector<std::string> strata_without_residuals(const NonlinearModel& model,
                                                   const MixedEffectsFit& fit) {
   std::vector<std::string> result;
-  if (model.term_count() != 1 || fit.variance.correlation) return result;
+  if (model.term_count() == 0 || fit.variance.correlation) return result;
+  VectorXd shares;
   for (const VarianceFactorEstimate& factor : fit.variance.factors) {
-    if (factor.ratio.size() == 0 || factor.factor.stratum.empty()) continue;
-    const VectorXd shares = residual_shares(model, fit);
-    const std::vector<Index>& stratum_of = model.strata(factor.factor.stratum).of_rows;
-    VectorXd sums = VectorXd::Zero(std::ssize(factor.strata));
+    if (factor.factor.stratum.empty()) continue;
+    if (shares.size() == 0) shares = residual_shares(model, fit);
+    const NonlinearModel::Strata& strata = model.strata(factor.factor.stratum);
+    VectorXd sums = VectorXd::Zero(std::ssize(strata.labels));
     for (Index i = 0; i < shares.size(); ++i) {
-      sums[stratum_of[static_cast<std::size_t>(i)]] += shares[i] * shares[i];
+      sums[strata.of_rows[static_cast<std::size_t>(i)]] += shares[i] * shares[i];
     }
     for (Index s = 0; s < sums.size(); ++s) {
-      if (sums[s] < kSameLikelihood) result.push_back(factor.strata[static_cast<std::size_t>(s)]);
+      const std::string& label = strata.labels[static_cast<std::size_t>(s)];
+      const bool is_known = std::ranges::find(result, label) != result.end();
+      if (sums[s] < kSameLikelihood && !is_known) result.push_back(label);
     }
   }
   return result;

@@ -52,7 +52,7 @@ double least_variance(const CorrelationEstimate& estimate);
 
 /// Strata whose residuals are negligible beside what the random effects leave of them: without
 /// these residuals the log-likelihood falls by at most the sum of their squared shares. Known for
-/// one grouping and independent residuals.
+/// independent residuals.
 std::vector<std::string> strata_without_residuals(const NonlinearModel& model,
                                                   const MixedEffectsFit& fit);
 

@@ -350,17 +350,23 @@ TEST_CASE("a process with longer lags than the groups have is not identifiable")
 TEST_CASE("a stratum whose observations the random effects fit exactly has no Wald interval") {
   // A precise height and two rough ones in each plot: the likelihood rises until the plot's effect
   // is that of the precise one, whose residual variance is 0. Two precise ones differ.
-  const auto fitted = [](int precise) {
+  const auto fitted = [](int precise,
+                         const char* effects = "a | plot",
+                         const char* variance = "stratum(device)") {
     Random random(3);
     data::Table table;
     data::TextColumn plot;
     data::TextColumn device;
+    data::TextColumn stand;
+    data::TextColumn year;
     std::vector<double> x;
     std::vector<double> y;
     for (int i = 0; i < 20; ++i) {
       const double effect = random.normal(0.0, 2.0);
       for (int k = 0; k < 2 + precise; ++k) {
         plot.append("p" + std::to_string(i));
+        stand.append("s" + std::to_string(i / 5));
+        year.append("y" + std::to_string((i + k) % 4));
         device.append(k < 2 ? "tape" : "laser");
         x.push_back(10.0 + 7.0 * k + i);
         y.push_back(5.0 + 0.5 * x.back() + effect + random.normal(0.0, k < 2 ? 1.5 : 0.05));
@@ -368,15 +374,17 @@ TEST_CASE("a stratum whose observations the random effects fit exactly has no Wa
     }
     table.set("plot", plot);
     table.set("device", device);
+    table.set("stand", stand);
+    table.set("year", year);
     table.set("x", x);
     table.set("y", y);
-    return std::pair(fit_model(specify_model(ModelTexts{.formula = "y ~ a + b*x",
-                                                        .random = "a | plot",
-                                                        .variance = "stratum(device)"},
-                                             table),
-                               table)
-                         .fit,
-                     table);
+    return std::pair(
+        fit_model(specify_model(
+                      ModelTexts{.formula = "y ~ a + b*x", .random = effects, .variance = variance},
+                      table),
+                  table)
+            .fit,
+        table);
   };
   const auto [exact, one] = fitted(1);
   REQUIRE(exact.convergence.converged());
@@ -385,6 +393,19 @@ TEST_CASE("a stratum whose observations the random effects fit exactly has no Wa
   const Intervals wald = confidence_intervals(exact, one);
   for (const ParameterInterval& interval : wald.parameters) {
     CHECK(std::isnan(interval.lower) == (interval.name == "ratio (laser)"));
+  }
+  // Neither another grouping nor a power beside the ratio determines it.
+  for (const char* const effects : {"a | plot", "a | stand/plot", "(a | plot) + (a | year)"}) {
+    for (const char* const variance : {"stratum(device)", "power(x | device) * stratum(device)"}) {
+      CAPTURE(effects, variance);
+      const auto [fit, table] = fitted(1, effects, variance);
+      REQUIRE(fit.convergence.converged());
+      CHECK_THAT(fit.convergence.verdict(),
+                 Contains("The residual standard deviation of laser is 0"));
+      for (const ParameterInterval& interval : confidence_intervals(fit, table).parameters) {
+        if (interval.name.ends_with("(laser)")) CHECK(std::isnan(interval.lower));
+      }
+    }
   }
   const auto [inside, two] = fitted(2);
   REQUIRE(inside.convergence.converged());

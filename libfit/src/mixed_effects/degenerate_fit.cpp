@@ -7,11 +7,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <utility>
 #include <vector>
 
 #include "mixed_effects/boundary.hpp"
 #include "model/symmetric_eigen.hpp"
+#include "result/group_coefficients.hpp"
 #include "verdict/thresholds.hpp"
 
 namespace silvafit::fit {
@@ -41,11 +43,10 @@ std::vector<std::string> vanishing_strata(const NonlinearModel& model,
                                           const MixedEffectsFit& fit,
                                           double spread) {
   std::vector<std::string> result;
-  // What the effects of several groupings leave is not known.
-  if (model.term_count() > 1 || fit.variance.correlation) return result;
-  const std::vector<std::string> by_effects = strata_without_residuals(model, fit);
+  // What the effects leave of correlated residuals is not known.
+  if (fit.variance.correlation) return result;
   for (const VarianceFactorEstimate& factor : fit.variance.factors) {
-    if (factor.ratio.size() == 0 || factor.factor.stratum.empty()) continue;
+    if (factor.factor.stratum.empty()) continue;
     const NonlinearModel::Strata& strata = model.strata(factor.factor.stratum);
     VectorXd largest = VectorXd::Zero(std::ssize(strata.labels));
     for (std::size_t i = 0; i < strata.of_rows.size(); ++i) {
@@ -54,9 +55,13 @@ std::vector<std::string> vanishing_strata(const NonlinearModel& model,
     }
     for (std::size_t s = 0; s < strata.labels.size(); ++s) {
       const bool is_zero = largest[static_cast<Index>(s)] < Thresholds::kRoundedResidual * spread;
-      if (is_zero && std::ranges::find(by_effects, strata.labels[s]) == by_effects.end())
-        result.push_back(strata.labels[s]);
+      const bool is_known = std::ranges::find(result, strata.labels[s]) != result.end();
+      if (is_zero && !is_known) result.push_back(strata.labels[s]);
     }
+  }
+  if (result.empty()) return result;
+  for (const std::string& by_effects : strata_without_residuals(model, fit)) {
+    std::erase(result, by_effects);
   }
   return result;
 }
@@ -243,6 +248,71 @@ Degeneracy impossible_error(const NonlinearModel& model,
   return {};
 }
 
+/// Whether the likelihood has no bound as the standard deviation of a stratum of n rows goes to 0:
+/// with effects b of some terms, a curve X beta + Z b passes through all of its rows, for which the
+/// rank of [X Z] must be n, and the covariance of its rows becomes singular, for which that of Z
+/// must be less. If the effects alone have the rank n, the likelihood has a limit.
+class StratumRanks {
+ public:
+  StratumRanks(const NonlinearModel& model, MatrixXd jacobian)
+      : model_(model), jacobian_(std::move(jacobian)), cell_of_(jacobian_.rows()) {
+    const VectorXd lengths = jacobian_.colwise().norm().cwiseMax(kSmallest);
+    jacobian_ *= lengths.cwiseInverse().asDiagonal();
+    for (Index cell = 0; cell < model.group_count(); ++cell) {
+      const Index begin = model.group_begin(cell);
+      cell_of_.segment(begin, model.group_begin(cell + 1) - begin).setConstant(cell);
+    }
+  }
+
+  bool are_known() const { return jacobian_.allFinite(); }
+
+  bool can_vanish(const std::vector<Index>& rows, PassingEffects which) const {
+    constexpr Index kLargest = 1000;  // of dense matrices
+    if (rows.empty() || std::ssize(rows) > kLargest) return false;
+    const MatrixXd fixed = jacobian_(rows, Eigen::seqN(0, model_.coefficient_count()));
+    MatrixXd effects(fixed.rows(), 0);
+    for (std::size_t t = 0;; ++t) {
+      const bool has_all = t == model_.term_count();
+      const bool is_wanted = has_all || which == PassingEffects::kSome;
+      if (is_wanted && is_passed(fixed, effects)) return true;
+      if (has_all) return false;
+      add_effects(t, rows, effects);
+    }
+  }
+
+ private:
+  static Index rank(const MatrixXd& of) {
+    return of.cols() == 0 ? 0 : of.colPivHouseholderQr().rank();
+  }
+
+  static bool is_passed(const MatrixXd& fixed, const MatrixXd& effects) {
+    if (fixed.rows() > fixed.cols() + effects.cols()) return false;
+    MatrixXd both(fixed.rows(), fixed.cols() + effects.cols());
+    both << fixed, effects;
+    return rank(both) == fixed.rows() && rank(effects) < fixed.rows();
+  }
+
+  /// Appends the columns of the groups of a term that have some of the rows.
+  void add_effects(std::size_t term, const std::vector<Index>& rows, MatrixXd& effects) const {
+    const std::vector<Index> places = model_.coefficients_of(model_.specification().random[term]);
+    const Index q = std::ssize(places);
+    std::map<Index, Index> first_column;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const Index group = model_.group_of(term, cell_of_[rows[i]]);
+      const auto [found, is_new] = first_column.try_emplace(group, effects.cols());
+      if (is_new) {
+        effects.conservativeResize(Eigen::NoChange, effects.cols() + q);
+        effects.rightCols(q).setZero();
+      }
+      effects.row(static_cast<Index>(i)).segment(found->second, q) = jacobian_(rows[i], places);
+    }
+  }
+
+  const NonlinearModel& model_;
+  MatrixXd jacobian_;  ///< with columns of length 1
+  Eigen::VectorX<Index> cell_of_;
+};
+
 }  // namespace
 
 Degeneracy degeneracy(const NonlinearModel& model,
@@ -269,23 +339,22 @@ Degeneracy degeneracy(const NonlinearModel& model,
 }
 
 std::vector<std::string> strata_without_freedom(const NonlinearModel& model,
-                                                const MixedEffectsFit& fit) {
+                                                const MixedEffectsFit& fit,
+                                                PassingEffects effects) {
   std::vector<std::string> result;
-  if (model.term_count() > 0 || !fit.estimate.allFinite()) return result;
+  if (!fit.estimate.allFinite()) return result;
+  std::optional<StratumRanks> ranks;
   for (const VarianceFactorEstimate& factor : fit.variance.factors) {
     if (factor.ratio.size() == 0 || factor.factor.stratum.empty()) continue;
-    const MatrixXd jacobian = model.curve_at(fit.estimate).jacobian;
-    if (!jacobian.allFinite()) return result;
+    if (!ranks) ranks.emplace(model, model.curve_at(group_coefficients(model, fit)).jacobian);
+    if (!ranks->are_known()) return result;
     const NonlinearModel::Strata& strata = model.strata(factor.factor.stratum);
     std::vector<std::vector<Index>> rows(strata.labels.size());
     for (std::size_t i = 0; i < strata.of_rows.size(); ++i) {
       rows[static_cast<std::size_t>(strata.of_rows[i])].push_back(static_cast<Index>(i));
     }
-    const VectorXd lengths = jacobian.colwise().norm().cwiseMax(kSmallest);
     for (std::size_t s = 0; s < rows.size(); ++s) {
-      if (std::ssize(rows[s]) > jacobian.cols()) continue;
-      const MatrixXd own = jacobian(rows[s], Eigen::all) * lengths.cwiseInverse().asDiagonal();
-      if (own.colPivHouseholderQr().rank() == own.rows()) result.push_back(strata.labels[s]);
+      if (ranks->can_vanish(rows[s], effects)) result.push_back(strata.labels[s]);
     }
   }
   return result;

@@ -28,12 +28,19 @@ struct Degeneracy {
 Degeneracy degeneracy(const NonlinearModel& model,
                       const CoefficientFrame& frame,
                       const MixedEffectsFit& fit);
-/// Strata of a variance function without random effects that have no more observations than the
-/// curve can pass through: the likelihood grows without bound as the curve does so and their
-/// standard deviation goes to 0, so that an estimate is a local maximum at best. (The restricted
-/// likelihood is bounded.)
+/// The random effects with which a curve passes through the observations of a stratum.
+enum class PassingEffects {
+  kAll,   ///< those of all terms, as the fit has them
+  kSome,  ///< none, or those of the first terms; the others may be 0
+};
+
+/// Strata of a variance function through whose observations curve and random effects can pass,
+/// although the effects alone cannot: the likelihood grows without bound as they do so and the
+/// stratum's standard deviation goes to 0, so that an estimate is a local maximum at best. (The
+/// restricted likelihood is bounded.)
 std::vector<std::string> strata_without_freedom(const NonlinearModel& model,
-                                                const MixedEffectsFit& fit);
+                                                const MixedEffectsFit& fit,
+                                                PassingEffects effects);
 /// Whether the model fits all observations exactly.
 bool fits_exactly(const NonlinearModel& model, const MixedEffectsFit& fit);
 /// Whether there is a reason as in degeneracy().

@@ -189,6 +189,55 @@ TEST_CASE("a stratum that the curve can pass through has no highest likelihood")
              !Contains("all observations of B"));
 }
 
+TEST_CASE("a stratum that curve and random effects together pass through has no likelihood") {
+  // B has a row in each of five plots and a second one in the first: six rows, on which the effects
+  // have rank 5, and with a slope 6. With residuals of the size s there, the log-likelihood is
+  // constant - log s. Without the second row it has a limit.
+  const auto verdict = [](bool has_second) {
+    Random random(12);
+    data::Table table;
+    data::TextColumn plot;
+    data::TextColumn stand;
+    data::TextColumn stratum;
+    std::vector<double> x;
+    std::vector<double> y;
+    for (int p = 0; p < 10; ++p) {
+      const double effect = random.normal(0.0, 1.5);
+      for (int i = 0; i < 5; ++i) {
+        const bool is_second = p == 0 && i == 1;
+        x.push_back(random.uniform(5.0, 40.0));
+        y.push_back(5.0 + 0.5 * x.back() + effect + random.normal());
+        plot.append("p" + std::to_string(p));
+        stand.append("s" + std::to_string(p / 4));
+        stratum.append((i == 0 && p < 5) || (is_second && has_second) ? "B" : "A");
+      }
+    }
+    table.set("x", x);
+    table.set("y", y);
+    table.set("plot", plot);
+    table.set("stand", stand);
+    table.set("s", stratum);
+    std::string result;
+    for (const char* const effects : {"a | plot", "a | stand/plot"}) {
+      const ModelSpecification model = specify_model(
+          {.formula = "y ~ a + b*x", .random = effects, .variance = "stratum(s)"}, table);
+      const Convergence convergence = fit_model(model, table).fit.convergence;
+      result += convergence.verdict();
+      CHECK_THAT(convergence.verdict(), !Contains("taken as parameters"));
+    }
+    return result;
+  };
+  const auto count = [](const std::string& text) {
+    std::size_t found = 0;
+    for (std::size_t at = text.find("all observations of B"); at != std::string::npos;
+         at = text.find("all observations of B", at + 1))
+      ++found;
+    return found;
+  };
+  CHECK(count(verdict(true)) == 2);
+  CHECK(count(verdict(false)) == 0);
+}
+
 TEST_CASE("responses that are equal in each group are fitted perfectly, by every method") {
   // The group means fit all of them; in one group only, its own standard deviation goes to 0.
   Random random(5);

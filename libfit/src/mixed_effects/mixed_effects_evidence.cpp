@@ -322,9 +322,17 @@ void note_vanishing_constants(const NonlinearModel& model, MixedEffectsFit& fit)
 }
 
 void note_strata_without_freedom(const NonlinearModel& model, MixedEffectsFit& fit) {
-  std::vector<std::string> strata = strata_without_freedom(model, fit);
+  Convergence& convergence = fit.convergence;
+  const bool is_search_lost = convergence.status == ConvergenceStatus::kMaximumNotReached;
+  std::vector<std::string> strata = strata_without_freedom(
+      model, fit, is_search_lost ? PassingEffects::kAll : PassingEffects::kSome);
   if (strata.empty()) return;
-  fit.convergence.find({.kind = Finding::Kind::kStratumOfFew, .names = std::move(strata)});
+  if (is_search_lost) {
+    convergence.conclude(ConvergenceStatus::kNoMaximum,
+                         {.kind = Finding::Kind::kVanishingStratum, .names = std::move(strata)});
+  } else {
+    convergence.find({.kind = Finding::Kind::kStratumOfFew, .names = std::move(strata)});
+  }
 }
 
 /// Records that the likelihood has no maximum.

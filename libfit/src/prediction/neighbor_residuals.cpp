@@ -16,6 +16,7 @@
 #include "model/group_labels.hpp"
 #include "prediction/row_mean.hpp"
 #include "prediction/student_quantiles.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/checked_columns.hpp"
 #include "silvafit/data/program.hpp"
@@ -85,6 +86,14 @@ class NeighborResiduals {
   }
 
   void add(const std::string& label, GroupRows& rows) {
+    const std::string gap = group_gap(*fit_.variance.correlation, std::ssize(rows.measured) + 1);
+    if (!gap.empty()) {
+      for (const Index row : rows.others) {
+        result_.value[row] = result_.residual_sd[row] = kNaN;
+        result_.value_gap[static_cast<std::size_t>(row)] = gap;
+      }
+      return;
+    }
     for (const std::vector<Index>* const part : {&rows.measured, &rows.others}) {
       for (const Index row : *part) {
         require_known_time(
@@ -139,6 +148,13 @@ class NeighborResiduals {
 };
 
 }  // namespace
+
+std::string group_gap(const CorrelationEstimate& estimate, Index rows) {
+  if (estimate.correlation.kind != Correlation::Kind::kCompoundSymmetry) return {};
+  const double rho = estimate.values[0];
+  if (!(1.0 + static_cast<double>(rows - 1) * rho < 0.0)) return {};
+  return fmt::format("a group of {} rows cannot have the correlation rho = {:.3g}", rows, rho);
+}
 
 std::vector<Neighbors> add_neighbors(const FittedModel& fit,
                                      const data::Table& table,

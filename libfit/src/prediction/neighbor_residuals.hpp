@@ -17,6 +17,10 @@ struct Neighbors {
   Eigen::VectorXd weights{};  ///< of their residuals in the prediction
 };
 
+/// Why a number of rows of one group cannot have the correlation of a fit, empty if they can: with
+/// a negative correlation of all pairs, a sum of so many would have a negative variance.
+std::string group_gap(const CorrelationEstimate& estimate, Index rows);
+
 /// Adds to the values of rows without a response the best linear prediction of their residuals, and
 /// reduces their residual_sd accordingly. Rows without a time or position are not changed, nor is
 /// anything if the order of the rows is their time.

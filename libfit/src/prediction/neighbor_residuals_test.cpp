@@ -105,3 +105,30 @@ TEST_CASE("errors of predictions from measured neighbors are those of universal 
     }
   }
 }
+
+TEST_CASE("a group too large for its negative correlation has no predictions, with the reason") {
+  // The variance of a sum of n standardized residuals is n (1 + (n - 1) rho): with rho = -0.15 the
+  // largest group has 7 rows.
+  const Table data = lines(20, 7);
+  FittedModel fit = fit_model(specify_model(ModelTexts{.formula = "y ~ a + b*t",
+                                                       .correlation = "compound-symmetry(1 | g)"},
+                                            data),
+                              data)
+                        .fit;
+  REQUIRE(fit.variance.correlation);
+  fit.variance.correlation->values[0] = -0.15;
+  fit.variance.correlation->largest = 7;
+  CHECK(group_gap(*fit.variance.correlation, 7).empty());
+  CHECK_FALSE(group_gap(*fit.variance.correlation, 8).empty());
+  for (const std::size_t measured : {6, 7}) {
+    Table table = lines(1, 8);
+    std::vector<double> y(table.numbers("y").begin(), table.numbers("y").end());
+    for (std::size_t row = measured; row < kRows; ++row) y[row] = silvafit::kNaN;
+    table.set("y", y);
+    const Prediction found = predict(fit, table, Level::kCalibrated, {.interval = 0.9});
+    const auto last = static_cast<Index>(kRows) - 1;
+    CHECK(std::isfinite(found.value[last]) == (measured == 6));
+    CHECK(std::isfinite(found.upper[last]) == (measured == 6));
+    CHECK(found.value_gap.back().empty() == (measured == 6));
+  }
+}

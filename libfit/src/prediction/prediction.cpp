@@ -129,6 +129,28 @@ MatrixXd take_marginal(const FittedModel& fit,
   return gradients;
 }
 
+/// Why the random effects of a group were not found.
+std::string effects_gap(const FittedModel& fit, Index trees) {
+  std::string why = fit.variance.correlation ? group_gap(*fit.variance.correlation, trees) : "";
+  for (const Evidence& of : fit.convergence.evidence) {
+    const bool is_exact = of.kind == Evidence::Kind::kBoundary && of.term.starts_with("sd of ");
+    if (why.empty() && is_exact) why = fmt::format("the residual {} is 0", of.term);
+  }
+  return "random effects not found" + (why.empty() ? "" : ": " + why);
+}
+
+/// (N) the reasons of rows whose group has no random effects.
+std::vector<std::string> value_gaps(const FittedModel& fit,
+                                    const CoefficientSets& sets,
+                                    Index rows) {
+  std::vector<std::string> result(static_cast<std::size_t>(rows));
+  for (std::size_t row = 0; row < sets.calibrated_from.size(); ++row) {
+    if (sets.coefficients.col(sets.set_of_row[row]).allFinite()) continue;
+    result[row] = effects_gap(fit, sets.calibrated_from[row]);
+  }
+  return result;
+}
+
 }  // namespace
 
 Prediction predict(const FittedModel& fit,
@@ -148,6 +170,7 @@ Prediction predict(const FittedModel& fit,
   const MatrixXd gradients = take_marginal(fit, table, sets, options, with_errors, result);
   result.residual_sd = residual_sd_if_known(fit, result.value, table);
   result.residual_gap = residual_sd_gaps(fit, table);
+  result.value_gap = value_gaps(fit, sets, result.value.size());
   std::vector<Neighbors> neighbors;
   if (fit.variance.correlation && level == Level::kCalibrated) {
     neighbors = add_neighbors(fit, table, result);
@@ -164,7 +187,7 @@ Prediction predict(const FittedModel& fit,
     replace_errors(fit, table, sets, options, neighbors, result);
   }
   for (std::size_t row = 0; row < table.rows(); ++row) {
-    if (!sets.is_missing[row]) continue;
+    if (!sets.is_missing[row] && result.value_gap[row].empty()) continue;
     const auto at = static_cast<Index>(row);
     result.value[at] = result.residual_sd[at] = kNaN;
     for (VectorXd* values : {&result.mean_error,

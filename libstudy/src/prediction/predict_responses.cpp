@@ -258,7 +258,11 @@ class Predictor {
              fmt::format("no marginal {}: the covariance matrix of the random effects is unknown",
                          fit.specification.formula.left));
       } else if (std::isnan(value) && is_wanted && flags_[row].empty()) {
-        flag(row, fit.specification.formula.left + " is not defined here");
+        const std::string& gap = prediction.value_gap[i];
+        const std::string& response = fit.specification.formula.left;
+        flag(row,
+             gap.empty() ? response + " is not defined here"
+                         : fmt::format("no {}: {}", response, gap));
       }
       if (!std::isfinite(value)) continue;
       result.value[row] = value;

@@ -73,6 +73,9 @@ struct PredictionOptions {
 struct Prediction {
   Eigen::VectorXd value{};        ///< (N) NaN if a column that the mean needs is missing
   Eigen::VectorXd residual_sd{};  ///< (N) of an observation around its prediction
+  /// (N) the reason why a row has no value, if it is not that the mean has none there: "random
+  /// effects not found"; else empty.
+  std::vector<std::string> value_gap{};
   /// (N) the reason why a row has no residual_sd and no prediction interval: "missing noise",
   /// "unknown species"; else empty.
   std::vector<std::string> residual_gap{};
