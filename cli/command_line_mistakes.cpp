@@ -124,7 +124,9 @@ std::string place_of(const std::string& word, const CLI::App& command) {
 }  // namespace
 
 void require_filled(const std::vector<std::string>& words) {
-  for (std::size_t i = 0; i < words.size(); ++i) {
+  // What a shell completes may be empty.
+  const auto end = std::ranges::find(words, "--");
+  for (std::size_t i = 0; i < static_cast<std::size_t>(end - words.begin()); ++i) {
     const bool ends_empty = words[i].starts_with("--") && words[i].ends_with('=');
     if (!words[i].empty() && !ends_empty) continue;
     const bool has_option = i > 0 && words[i].empty() && words[i - 1].starts_with('-');
