@@ -114,9 +114,11 @@ expect_equal(sort(names(ranef(linear))), c("plot", "year"))
 broken <- tempfile(fileext = ".json")
 writeLines("{bad", broken)
 expect_true(grepl(basename(broken), message_of_error(read_fit(broken)), fixed = TRUE))
-# One group, and rows that do not determine the parameters: a message or warning with the reason
+# One group, groups without differences, and rows that do not determine the parameters: the reason is said
+expect_error(silvafit(height, data = trees[trees$plot == "a", ], random = a ~ 1 | plot), pattern = "all 24 rows are in the group", class = "silvafit_input_error")
+alike <- transform(trees[trees$plot == "a", ], plot = rep(c("u", "v"), 12))
 expect_warning(silvafit(height, data = trees[c(1, 1), ]), class = "silvafit_convergence_warning")
-expect_message(silvafit(height, data = trees[trees$plot == "a", ], random = a ~ 1 | plot), class = "silvafit_boundary_message")
+expect_message(silvafit(height, data = alike, random = a ~ 1 | plot), class = "silvafit_boundary_message")
 
 # Terms of lme4 in the formula are the random effects of the parameters whose derivatives they are.
 by_bar <- silvafit(height ~ a + b * log(age) + (1 | Seed), data = Loblolly)
