@@ -61,16 +61,15 @@ void require_covariance(const MatrixXd& matrix, const JsonReader& json) {
     for (Index i = 0; i < j; ++i) {
       const double scale = deviations[i] * deviations[j];
       const bool is_known = !std::isnan(matrix(i, i)) && !std::isnan(matrix(j, j));
-      const bool is_given = !std::isnan(matrix(i, j)) && !std::isnan(matrix(j, i));
       const bool is_missing = std::isnan(matrix(i, j)) && std::isnan(matrix(j, i));
       const bool is_symmetric = std::abs(matrix(i, j) - matrix(j, i)) <= rounding * scale;
-      if (is_known ? !is_given || !is_symmetric : !is_missing) {
+      if (is_known ? !is_symmetric : !is_missing) {
         json.fail(
             fmt::format("must be a symmetric matrix; row {} and column {} differ", i + 1, j + 1));
       }
-      if (is_known && scale > 0.0) correlations(i, j) = correlations(j, i) = matrix(i, j) / scale;
-      if (is_known && scale == 0.0 && matrix(i, j) != 0.0)
-        json.fail("has a covariance without a variance");
+      // A covariance without variances becomes a correlation that is too large.
+      const double known_scale = std::max(scale, std::numeric_limits<double>::min());
+      if (is_known) correlations(i, j) = correlations(j, i) = matrix(i, j) / known_scale;
     }
   }
   if (matrix.size() == 0) return;

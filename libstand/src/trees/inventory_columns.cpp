@@ -66,21 +66,23 @@ class Planner {
   std::vector<ColumnMapping> usual_{};
 };
 
-/// Whether a name says that it counts trees: `trees`, `number_of_trees`, `No. of trees`.
-bool counts_trees(std::string_view letters) {
+constexpr std::string_view kTrees =
+    "trees arboles arvores arbres pies baume individuals individuos plants treecount stammzahl "
+    "baumzahl stamantal";
+constexpr std::string_view kStems = "stems tiges stamme stemcount";
+
+/// Whether a name says that it counts trees or stems: `trees`, `num_stems`, `No. of trees`.
+bool is_count_of(std::string_view things, std::string_view letters) {
   constexpr std::string_view kCounts =
       "n no nr nb num number nombre numero qty quantity cantidad antal antall anzahl";
-  constexpr std::string_view kTrees =
-      "trees arboles arvores arbres pies baume individuals individuos plants treecount "
-      "stammzahl baumzahl stamantal";
-  if (has_word(kTrees, letters)) return true;
+  if (has_word(things, letters)) return true;
   for (std::size_t length = letters.size(); length-- > 1;) {
     std::string_view rest = letters.substr(length);
     if (!has_word(kCounts, letters.substr(0, length))) continue;
     for (const std::string_view joint : {"of", "de"}) {
       if (rest.starts_with(joint)) rest.remove_prefix(joint.size());
     }
-    if (has_word(kTrees, rest)) return true;
+    if (has_word(things, rest)) return true;
   }
   return false;
 }
@@ -295,8 +297,8 @@ std::vector<std::size_t> Planner::location_of_visits(
 /// numbers and positions are no classes.
 std::optional<std::size_t> Planner::tally_field(const ColumnPlan& plan) const {
   constexpr std::string_view kNames =
-      "n count counts frequency freq tally anzahl nstems stemcount stems nst numberofstems "
-      "stuckzahl stuck stuckz effectif nbtiges tiges cantidad abundance abundancia abundancia "
+      "n nst count counts frequency freq tally anzahl nombre "
+      "stuckzahl stuck stuckz effectif cantidad abundance abundancia "
       "quantidade kpl runkoluku lukumaara antal liczba pocet aantal adet 株数 株數 本数 "
       "nb number qty quantity qtde qtd stk antall multiplicity";
   const bool are_placed = plan.measures[kX].exists() && plan.measures[kY].exists();
@@ -304,7 +306,9 @@ std::optional<std::size_t> Planner::tally_field(const ColumnPlan& plan) const {
   if (is_of_trees || options_.trust_units || options_.has_expansion) return std::nullopt;
   for (std::size_t field = 0; field < header_.size(); ++field) {
     const std::string letters = folded_letters(header_[field]);
-    const bool is_tally = !letters.empty() && (has_word(kNames, letters) || counts_trees(letters));
+    const bool is_tally =
+        !letters.empty() &&
+        (has_word(kNames, letters) || is_count_of(kTrees, letters) || is_count_of(kStems, letters));
     if (is_tally && !is_used(plan, header_[field])) return field;
   }
   return std::nullopt;
@@ -398,7 +402,7 @@ ColumnPlan Planner::plan() {
   plan.location = location_of_visits(plan, known);
   plan.tally_field = tally_field(plan);
   plan.tally_counts_trees =
-      plan.tally_field && counts_trees(folded_letters(header_[*plan.tally_field]));
+      plan.tally_field && is_count_of(kTrees, folded_letters(header_[*plan.tally_field]));
   plan.factor_field = factor_field(plan);
   plan.genus_field = genus_field(plan);
   plan.unread = unread_fields(plan);

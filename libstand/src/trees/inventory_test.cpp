@@ -301,6 +301,10 @@ TEST_CASE("a tally is not taken for trees, nor rows of sums and means") {
   InventoryOptions trusting;
   trusting.trust_units = true;
   CHECK(read_inventory_text(tally, trusting).inventory.size() == 2);
+  for (const std::string name : {"num_stems", "No. of stems", "Nombre", "N_ST"}) {
+    CHECK_THROWS_WITH(read_inventory_text("plot," + name + ",dbh\n1,14,12\n1,16,14\n"),
+                      Contains("may be the number of trees"));
+  }
   // A name that counts trees needs no majority.
   for (const std::string name : {"number_of_trees", "individuals", "Baumzahl"}) {
     CHECK_THROWS_WITH(
