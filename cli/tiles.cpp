@@ -93,8 +93,9 @@ void add_plan_command(CLI::App& tiles) {
   study::TileSettings& settings = arguments->settings;
   each_setting(settings, SettingOptions(command, "Tiles"));
   command.add_option("--out", arguments->out, "Folder of the tiles")->type_name("DIR")->required();
-  // Tiles are read at their places in the file, so that no rows are made or left out before.
   each_setting(settings.reading, SettingOptions(command, kInputSection));
+  // Tiles are read at their places in the file, so that no rows are made of columns of visits.
+  each_setting(settings.reading.rows, SettingOptions(command, kInputSection, {"where"}));
   add_common_options(command, arguments->common);
   add_example(command, "silvafit tiles plan inventory.csv --size 500 --halo 30 --out tiles");
   command.callback([arguments] { run_plan(*arguments); });

@@ -72,6 +72,18 @@ class Tiles(ProgramTest):
                 self.assertGreater(len(whole), 100000)
                 self.assertTrue(whole == tiled, "the bytes differ")
 
+    def test_chosen_rows_are_those_of_the_whole_inventory(self):
+        self.write("trees.csv", forest())
+        self.columns = (*self.columns, "--where", 'species != "oak" && dbh > 10')
+        plan = self.plan()
+        self.run_all("indices")
+        whole, tiled = self.whole("indices"), self.merged()
+        self.assertGreater(len(whole), 50000)
+        self.assertTrue(whole == tiled, "the bytes differ")
+        rows = list(csv.DictReader(io.StringIO(forest())))
+        chosen = sum(row["species"] != "oak" and row["dbh"] != "" and float(row["dbh"]) > 10 for row in rows)
+        self.assertEqual(plan["rows"], chosen)
+
     def test_trees_of_several_plots_are_neighbors_per_stand(self):
         self.write("trees.csv", forest(trees=1500, plots=3).replace(",7,", ",8,", 0))
         self.plan()

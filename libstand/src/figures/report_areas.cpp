@@ -19,6 +19,7 @@ namespace silvafit::stand {
 std::vector<SampledArea> ReportMaker::find_areas(const Inventory& inventory) {
   if (sample_ != nullptr) return sample_->areas;
   refuse_unused_factors(inventory);
+  if (options_.without_areas) return plots_of_unknown_area(inventory);
   const std::vector<NamedWindow>& given = options_.units.windows;
   if (options_.plot_area_m2 && !given.empty()) {
     throw UsageError("use either `plot_area` or windows (`window`, `circle`), not both",

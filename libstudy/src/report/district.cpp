@@ -87,6 +87,23 @@ void add_estimates(const stand::StratumFigures& figures,
   }
 }
 
+/// Removes columns without any value.
+FormattedTable without_empty_columns(FormattedTable table) {
+  const auto has_value = [](const TableCell& cell) {
+    const auto* const number = std::get_if<double>(&cell);
+    return number == nullptr ? !std::holds_alternative<std::monostate>(cell)
+                             : std::isfinite(*number);
+  };
+  for (std::size_t i = table.columns.size(); i-- > 0;) {
+    const auto has = [&](const TableRow& row) { return has_value(row[i]); };
+    if (std::ranges::any_of(table.rows, has)) continue;
+    const auto at = static_cast<std::ptrdiff_t>(i);
+    table.columns.erase(table.columns.begin() + at);
+    for (TableRow& row : table.rows) row.erase(row.begin() + at);
+  }
+  return table;
+}
+
 class District {
  public:
   explicit District(const StudyRecord& record)
@@ -94,8 +111,10 @@ class District {
 
   ordered_json json() const {
     ordered_json tables = ordered_json::array();
-    tables.push_back(json_of(species_table()));
-    if (report_.areas.size() > 1) tables.push_back(json_of(plot_table()));
+    tables.push_back(json_of(without_empty_columns(species_table())));
+    if (report_.areas.size() > 1) {
+      tables.push_back(json_of(without_empty_columns(plot_table())));
+    }
     if (record_.thinning) tables.push_back(json_of(thinning_table()));
     if (!record_.sites.empty()) tables.push_back(json_of(site_table()));
     return {{"tables", std::move(tables)},
@@ -108,6 +127,7 @@ class District {
   std::size_t plots() const { return report_.areas.size(); }
   /// Whether plots are parts of one window.
   bool is_stand() const { return plots() == 1 && report_.areas.front().area.name.empty(); }
+  bool has_areas() const { return !std::isnan(report_.all.stems_per_ha); }
   FormattedTable species_table() const;
   FormattedTable plot_table() const;
   FormattedTable thinning_table() const;
@@ -127,27 +147,35 @@ class District {
 /// Species of all plots together, and all species.
 FormattedTable District::species_table() const {
   const bool is_sample = std::isfinite(report_.strata.back().stems.standard_error);
+  const std::string sizes =
+      !has_areas()
+          ? std::string(". Nothing is per hectare, because the area of plots is unknown.")
+          : fmt::format("; d100, h100: of the {} thickest trees per ha of all or of the species.{}",
+                        report_.dominant_trees_per_ha,
+                        volume_text());
   FormattedTable table{
       .name = "stand",
-      .caption = fmt::format("Stand table{}.{} dg: quadratic mean diameter; d100, h100: "
-                             "of the {} thickest trees per ha of all or of the species.{}",
+      .caption = fmt::format("Stand table{}.{} dg: quadratic mean diameter{}",
                              is_stand() ? "" : " of " + counted(plots(), "plot", "plots"),
                              is_sample ? " \u00B1: standard error over plots." : "",
-                             report_.dominant_trees_per_ha,
-                             volume_text()),
+                             sizes),
       .columns = {{"species", "Species"}}};
   for (TableColumn& column : size_columns(report_.quantities)) {
     table.columns.push_back(std::move(column));
   }
   TableRow all{std::string("all")};
-  add_estimates(report_.strata.back(), report_.all, all);
+  if (has_areas()) {
+    add_estimates(report_.strata.back(), report_.all, all);
+  } else {
+    add_figures(report_.all, all);
+  }
   table.rows.push_back(std::move(all));
   for (const stand::SpeciesRow& species : report_.species) {
     TableRow row{name_or(species.species, "(none)")};
     const auto domain = std::ranges::find_if(report_.domains, [&](const stand::DomainFigures& one) {
       return one.labels == std::vector<std::string>{species.species};
     });
-    if (domain == report_.domains.end()) {
+    if (domain == report_.domains.end() || !has_areas()) {
       add_figures(species.figures, row);
     } else {
       add_estimates(domain->figures, species.figures, row);

@@ -172,9 +172,9 @@ void add_stand(const stand::StructuralUnitOptions& units,
     record.height_curves.push_back({.species = result.species, .fit = result.ols->fit});
   }
   const stand::Inventory& inventory = record.inventory.inventory;
+  if (!record.study.options.period.empty()) return;
   const bool has_areas = record.sample.has_value() || inventory.has_coordinates();
-  if (!has_areas || !record.study.options.period.empty()) return;
-  add_volumes(catalogue, record);
+  if (has_areas) add_volumes(catalogue, record);
   stand::Inventory trees = inventory;
   trees.represented.clear();
   stand::StandReportOptions options;
@@ -183,12 +183,16 @@ void add_stand(const stand::StructuralUnitOptions& units,
   options.by = {"species"};
   options.without_units = true;
   options.trust_units = true;  // the study has checked them
-  try {
-    record.stand = stand::stand_report(trees, options);
-  } catch (const InputError&) {
-    // Such as plots of one or two trees without a window, which have no area. A study has results
-    // nevertheless.
-    record.volume.clear();
+  // Plots of one or two trees without a window have no area, either.
+  for (const bool without_areas : {!has_areas, true}) {
+    options.without_areas = without_areas;
+    try {
+      record.stand = stand::stand_report(trees, options);
+      break;
+    } catch (const InputError&) {
+      // A study has results nevertheless.
+      record.volume.clear();
+    }
   }
 }
 

@@ -15,6 +15,7 @@
 #include "silvafit/data/json_reader.hpp"
 #include "silvafit/data/table_parts.hpp"
 #include "silvafit/stand/inventory.hpp"
+#include "silvafit/stand/prepared_table.hpp"
 #include "silvafit/stand/species_spellings.hpp"
 #include "silvafit/study/setting_list.hpp"
 #include "study/settings_json.hpp"
@@ -129,7 +130,9 @@ class Planner {
     remove_earlier_plan();
     read();
     write_tiles();
-    plan_.settings.reading.trust_units = true;  // they were checked in the whole inventory
+    // Both were applied to the whole inventory.
+    plan_.settings.reading.trust_units = true;
+    plan_.where = std::exchange(plan_.settings.reading.rows.where, {});
     plan_.version = SILVAFIT_VERSION;
     plan_.fingerprint = fingerprint_of_plan(plan_);
     write_file(plan_file(folder_), json_of(plan_).dump(2) + "\n");
@@ -179,6 +182,7 @@ class Planner {
   void add_row(std::uint64_t tile, std::size_t line, bool is_own, std::string_view record);
   void write_tiles();
   void unify(const stand::Inventory& part);
+  std::vector<std::size_t> chosen_lines(const std::shared_ptr<const data::TableText>& rows) const;
   void add_batch(const std::shared_ptr<const data::TableText>& rows, const stand::Inventory& trees);
 
   const std::filesystem::path& inventory_;
@@ -236,7 +240,7 @@ void Planner::read() {
     throw InputError("tiles need a column with numbers of trees, such as `columns=tree=ID`",
                      {.file = plan_.inventory});
   }
-  plan_.rows = batches.row_count();
+  const std::size_t rows = batches.row_count();
   std::size_t done = 0;
   while (const auto batch = batches.next()) {
     plan_.separator = batches.rows()->separator;
@@ -244,23 +248,37 @@ void Planner::read() {
     unify(batch->inventory);
     add_batch(batches.rows(), batch->inventory);
     done += batches.rows()->lines.size();
-    if (callbacks_.progress) callbacks_.progress("cutting", done, plan_.rows);
+    if (callbacks_.progress) callbacks_.progress("cutting", done, rows);
   }
   plan_.ids_repeat = ids_.repeat(plan_.inventory);
   plan_.hull = hull_.vertices();
+}
+
+/// The lines of the rows that satisfy the condition for rows.
+std::vector<std::size_t> Planner::chosen_lines(
+    const std::shared_ptr<const data::TableText>& rows) const {
+  const ReadingSettings& reading = plan_.settings.reading;
+  if (reading.rows.where.empty()) return rows->lines;
+  const auto chosen = stand::prepared_table(rows, inventory_options(reading), true).table;
+  return std::get<std::shared_ptr<const data::TableText>>(chosen)->lines;
 }
 
 /// Rows without a usable tree are in the tile of the tree above them.
 void Planner::add_batch(const std::shared_ptr<const data::TableText>& rows,
                         const stand::Inventory& trees) {
   data::CsvReader reader{data::TableSource(rows)};
+  const std::vector<std::size_t> chosen = chosen_lines(rows);
+  plan_.rows += chosen.size();
   std::vector<std::string_view> fields;
   std::string record;
   std::size_t tree = 0;
+  auto next = chosen.begin();
   while (reader.next(fields)) {
+    const std::size_t line = reader.line();
+    if (next == chosen.end() || *next != line) continue;
+    ++next;
     record.clear();
     data::append_record(fields, plan_.separator, record);
-    const std::size_t line = reader.line();
     if (tree < trees.size() && trees.lines[tree] == line) {
       last_ = number_of(cell(trees.x[tree]), cell(trees.y[tree]));
       for (const auto& [number, above] : waiting_) add_row(*last_, number, true, above);
@@ -355,6 +373,7 @@ bool read_plan(const nlohmann::json& json, TilePlan& plan) {
   plan.settings.halo_m = json.at("halo_m");
   each_setting(plan.settings.reading,
                SettingsReader(data::JsonReader::parse(json.at("reading").dump(), ""), {}));
+  plan.where = json.at("where");
   plan.rows = json.at("rows");
   plan.trees = json.at("trees");
   plan.has_plots = json.at("has_plots");
@@ -409,6 +428,7 @@ ordered_json json_of(const TilePlan& plan) {
           {"size_m", plan.settings.size_m},
           {"halo_m", plan.settings.halo_m},
           {"reading", settings_json(plan.settings.reading)},
+          {"where", plan.where},
           {"header", plan.head.header},
           {"units", plan.head.layout.units},
           {"kinds", std::move(kinds)},

@@ -34,6 +34,7 @@ struct StandReportOptions {
   StratumSettings strata{};
   /// Columns whose values make StandReport::domains: species, dbh for classes of diameters, others.
   std::vector<std::string> by{};
+  bool without_areas = false;  ///< areas are unknown: values per hectare are missing
   bool without_units = false;  ///< without structural units
   bool trust_units = false;    ///< do not check whether areas make possible basal areas
 };

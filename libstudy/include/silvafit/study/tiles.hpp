@@ -46,7 +46,8 @@ struct TilePlan {
   TileSettings settings{};
   data::TableHead head{};   ///< of the inventory
   char separator = ',';     ///< of the files of tiles
-  std::size_t rows = 0;     ///< of the inventory
+  std::string where{};      ///< the condition for rows; empty: all are in tiles
+  std::size_t rows = 0;     ///< of the inventory that satisfy it
   std::size_t trees = 0;    ///< usable rows
   bool has_plots = false;   ///< more than one plot
   bool ids_repeat = false;  ///< trees of different plots have the same id
