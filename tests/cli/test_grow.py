@@ -576,6 +576,21 @@ class Grow(ProgramTest):
         self.assertEqual({tree["preset"] for tree in json.loads(done.stdout)["trees"]}, {"generic-broadleaf"})
         self.assertIn('No preset lists the species "10", "100"', done.stderr)
 
+    def test_azimuths_beyond_a_circle_are_asked_about(self):
+        self.write("in.csv", "plot,tree,species,azimut,distance,dbh,h\n1,1,Picea abies,0,5,20,15\n"
+                   "1,2,Picea abies,100,5,20,15\n1,3,Picea abies,390,5,20,15\n")
+        done = self.run_program("grow", "in.csv", "--scene", "a.glb", status=3)
+        self.assertIn("in.csv:4: azimut: the azimuth 390 is not from 0 to 360", done.stderr)
+        self.assertIn("--columns azimuth=azimut*0.9", done.stderr)
+        self.run_program("grow", "in.csv", "--scene", "a.glb", "--columns", "azimuth=azimut*0.9")
+        gltf, _ = read_glb(self.folder / "a.glb")
+        places = [node["translation"] for node in gltf["nodes"] if node["name"] != "ground"]
+        # 390 gon are 351 degrees; y of glTF is up, and z south.
+        angle = math.radians(351)
+        for (x, _, z), (east, north) in zip(places, ((0, 5), (5, 0), (5 * math.sin(angle), 5 * math.cos(angle)))):
+            self.assertAlmostEqual(x, east, delta=1e-4)
+            self.assertAlmostEqual(-z, north, delta=1e-4)
+
     def test_predictions_are_drawn_where_they_are_asked_for(self):
         self.write("pred.csv", "plot,tree,x,y,dbh,h_pred,hcb_pred,cw_pred\n1,1,0,0,20,9.5,3,2\n")
         drawn = self.run_json("grow", "pred.csv", "--scene", "p.glb", "--use", "pred")["trees"][0]

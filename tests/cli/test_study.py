@@ -43,6 +43,18 @@ class ProgramWithoutPages(ProgramTest):
         self.assertEqual(self.run_without_pages("study", "trees.csv", "--init", "study.json")[0], 0)
 
 
+class StudyOfAWorkbook(ProgramTest):
+    def test_has_all_files_as_that_of_a_csv_file_has(self):
+        self.write("trees.csv", stand_csv())
+        for book in ("trees.xlsx", "trees.ods"):
+            self.run_program("indices", "trees.csv", "--out", book)
+            self.run_program("study", book, "--out", "study")
+            names = {path.name for path in (self.folder / "study").iterdir()}
+            self.assertLessEqual({"library.json", "predictions.csv", "report.html", "run.json"}, names)
+            self.run_program("stand", book, "--report", "stand.html")
+            self.assertIn(f"{book} (sheet ", (self.folder / "stand.html").read_text(encoding="utf-8"))
+
+
 class FolderOfResults(ProgramTest):
     def setUp(self):
         super().setUp()

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <iterator>
 
 #include "silvafit/base/error.hpp"
 #include "text/text_parts.hpp"
@@ -110,7 +111,7 @@ void parse_arguments(std::string_view text, Part whole, Correlation& result) {
     result.has_nugget = true;
   }
   if (sides.size() > 1) {
-    result.group = of(text, sides[1]);
+    result.group = column_name(text, sides[1]);
     if (result.group.empty()) throw FormulaError("expected a column", text, sides[1].begin + 1);
   }
   std::vector<Part> parts;
@@ -120,7 +121,7 @@ void parse_arguments(std::string_view text, Part whole, Correlation& result) {
   if (parts.size() == 1 && of(text, parts[0]) == "1") parts.clear();
   for (const Part part : parts) {
     if (part.begin == part.end) throw FormulaError("expected a column", text, part.begin + 1);
-    result.columns.emplace_back(of(text, part));
+    result.columns.push_back(column_name(text, part));
   }
 }
 
@@ -146,10 +147,10 @@ std::string Correlation::text() const {
   if (kind == Kind::kArma) {
     parts = {std::to_string(autoregressive), std::to_string(moving_average)};
   }
-  parts.insert(parts.end(), columns.begin(), columns.end());
+  std::ranges::transform(columns, std::back_inserter(parts), column_text);
   if (columns.empty() && !group.empty()) parts.emplace_back("1");
   std::string arguments = fmt::format("{}", fmt::join(parts, ", "));
-  if (!group.empty()) arguments += " | " + group;
+  if (!group.empty()) arguments += " | " + column_text(group);
   if (has_nugget) arguments += "; nugget";
   const std::string name(kNames[static_cast<std::size_t>(kind)]);
   return arguments.empty() ? name : fmt::format("{}({})", name, arguments);

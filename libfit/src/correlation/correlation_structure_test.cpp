@@ -143,6 +143,10 @@ TEST_CASE("Texts of correlations are read and written alike") {
   for (const std::string text : {"ar1", "ar1(1 | plot)", "arma(1, 0, 1 | plot)", "symmetric"}) {
     CHECK(fit::parse_correlation(text).text() == text);
   }
+  // Backquotes are around the name, which keeps them where a sign would separate it.
+  CHECK(fit::parse_correlation("car1(`age yr` | `plot no`)").text() == "car1(age yr | plot no)");
+  CHECK(fit::parse_correlation("car1(age | `plot/no`)").text() == "car1(age | `plot/no`)");
+  CHECK(fit::parse_correlation("car1(age | `plot/no`)").group == "plot/no");
   CHECK(fit::parse_correlation(" exponential( x , y|plot ;nugget ) ").text() ==
         "exponential(x, y | plot; nugget)");
   CHECK(fit::parse_correlation("exponential(x, y; nugget | plot)").text() ==

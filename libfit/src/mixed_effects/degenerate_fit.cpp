@@ -66,15 +66,28 @@ std::vector<std::string> vanishing_strata(const NonlinearModel& model,
   return result;
 }
 
+/// Whether the random effects of the last term alone can fit all rows; of crossed ones, if it has a
+/// group for each row.
+bool can_fit_all_rows(const NonlinearModel& model) {
+  const std::vector<RandomEffects>& terms = model.specification().random;
+  if (terms.empty()) return false;
+  if (model.crossed() != nullptr) {
+    return model.group_count(model.term_count() - 1) == model.observations();
+  }
+  const auto effects = static_cast<Index>(terms.back().coefficients.size());
+  for (Index group = 0; group < model.group_count(); ++group) {
+    if (model.group_begin(group + 1) - model.group_begin(group) > effects) return false;
+  }
+  return true;
+}
+
 std::optional<Finding> exactness(const NonlinearModel& model,
                                  const MixedEffectsFit& fit,
                                  double spread) {
   const double residual = typical_residual(fit);
-  const std::vector<RandomEffects>& terms = model.specification().random;
-  const bool is_single =
-      !terms.empty() && model.group_count(model.term_count() - 1) == model.observations();
-  if (is_single && residual < Thresholds::kNothingLeft * spread) {
-    return Finding{.kind = Finding::Kind::kSingleExact, .names = {terms.back().group}};
+  if (residual < Thresholds::kNothingLeft * spread && can_fit_all_rows(model)) {
+    return Finding{.kind = Finding::Kind::kSmallGroupsExact,
+                   .names = {model.specification().random.back().group}};
   }
   // A search that approaches a standard deviation of 0 may stop before, with residuals near 0.
   const double smallest = std::min(residual, actual_residual(model, fit));

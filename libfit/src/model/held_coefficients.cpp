@@ -50,9 +50,15 @@ std::string no_such_coefficient(const ModelSpecification& specification,
   const std::vector<std::string> columns = specification.formula.right.variables();
   std::string text =
       fmt::format("unknown coefficient '{}'; available: {}", name, fmt::join(known, ", "));
-  const bool is_column = std::ranges::find(columns, name) != columns.end() &&
-                         std::ranges::find(specification.parameters, name, &ParameterModel::name) ==
-                             specification.parameters.end();
+  const auto parameter = std::ranges::find(specification.parameters, name, &ParameterModel::name);
+  const bool is_parameter = parameter != specification.parameters.end();
+  if (is_parameter && !parameter->has_intercept) {
+    text += fmt::format(
+        "; the sub-model of {0} has no constant: with one, as in `{0} ~ species` instead of "
+        "`{0} ~ species - 1`, a factor gives the same means",
+        name);
+  }
+  const bool is_column = std::ranges::find(columns, name) != columns.end() && !is_parameter;
   if (is_column) {
     text += fmt::format(
         "; '{}' is a column of the data, which stands in the formula instead of a parameter of "

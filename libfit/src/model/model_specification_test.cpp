@@ -119,6 +119,10 @@ TEST_CASE("texts of a model are checked, with positions in messages") {
   CHECK_THROWS_WITH(check_response(of_groups, table),
                     Catch::Matchers::Contains("'h' cannot predict itself"));
   auto of_variance = specify_model("h ~ a*dbh", {}, table);
+  for (const std::string text : {"power(`d (cm)` | `plot/no`)", "stratum(`sp=x`)"}) {
+    CHECK(parse_variance_function(text).text() == text);
+  }
+  CHECK(parse_variance_function("power(`d b h` | `plot no`)").factors.front().column == "d b h");
   of_variance.variance = parse_variance_function("power(h)");
   CHECK_THROWS_WITH(check_response(of_variance, table),
                     Catch::Matchers::Contains("'h' cannot predict itself"));
@@ -153,6 +157,8 @@ TEST_CASE("blocks and nested groupings of random effects are read") {
   CHECK(own[0].coefficients == Names{"a"});
   CHECK(own[1].coefficients == Names{"a", "b"});
   CHECK(own[1].group_text() == "plot");
+  CHECK(parse_random_effects("a | `plot no`").front().group == "plot no");
+  CHECK(parse_random_effects("a | `plot/no`").front().group == "plot/no");
   const auto within = parse_random_effects("a | stand; a + b | stand/plot");
   REQUIRE(within.size() == 2);
   CHECK(within[0].coefficients == Names{"a"});

@@ -65,7 +65,7 @@ void add_levels(std::string_view text,
         throw FormulaError("expected a group column", text, whole.begin + 1);
       }
       if (!random.group.empty()) random.within.push_back(random.group);
-      random.group = of(text, column);
+      random.group = column_name(text, column);
       if (std::ranges::find(random.within, random.group) != random.within.end()) {
         throw FormulaError("nested groupings need two different columns", text, column.begin + 1);
       }

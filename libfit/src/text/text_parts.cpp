@@ -18,6 +18,18 @@ std::string_view of(std::string_view text, Part part) {
   return text.substr(part.begin, part.end - part.begin);
 }
 
+std::string column_name(std::string_view text, Part part) {
+  const std::string_view name = of(text, part);
+  const bool is_quoted =
+      name.size() > 2 && name.front() == '`' && name.find('`', 1) + 1 == name.size();
+  return std::string(is_quoted ? name.substr(1, name.size() - 2) : name);
+}
+
+std::string column_text(const std::string& name) {
+  const bool is_plain = name.find_first_of("|/+:,;()~*=\"'") == std::string::npos;
+  return is_plain ? name : "`" + name + "`";
+}
+
 bool Quotes::cover(char byte) {
   if (open_ != '\0') {
     if (byte == open_) open_ = '\0';

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -17,6 +18,12 @@ struct Part {
 Part trimmed(std::string_view text, std::size_t begin, std::size_t end);
 
 std::string_view of(std::string_view text, Part part);
+
+/// The name of a column: the part without backquotes around it.
+std::string column_name(std::string_view text, Part part);
+
+/// A name as column_name() reads it: in backquotes where a character has a meaning in model texts.
+std::string column_text(const std::string& name);
 
 /// Determines byte by byte what is quoted: by backquotes, or single or double quotation marks.
 class Quotes {

@@ -66,13 +66,12 @@ void hold_parameter(std::string_view text, Part part, VarianceFactor& factor) {
 void parse_arguments(std::string_view text, Part whole, VarianceFactor& factor) {
   bool first = true;
   for (const Part part : split(text, whole.begin, whole.end, ',')) {
-    if (of(text, part).find('=') != std::string_view::npos) {
+    if (find_outside(text, part, "=") < part.end) {
       hold_parameter(text, part, factor);
     } else if (first) {
       const std::vector<Part> sides = split(text, part.begin, part.end, '|');
-      const std::string_view variable = of(text, sides.front());
-      if (variable != "fitted") factor.column = variable;
-      if (sides.size() > 1) factor.stratum = of(text, sides[1]);
+      if (of(text, sides.front()) != "fitted") factor.column = column_name(text, sides.front());
+      if (sides.size() > 1) factor.stratum = column_name(text, sides[1]);
     } else {
       throw FormulaError("expected delta = VALUE or constant = VALUE", text, part.begin + 1);
     }
@@ -100,10 +99,10 @@ VarianceFactor parse_factor(std::string_view text, Part part) {
 }
 
 std::string arguments_text(const VarianceFactor& factor) {
-  if (!kind_of(factor).reads_value()) return factor.stratum;
-  std::string text = factor.column;
+  if (!kind_of(factor).reads_value()) return column_text(factor.stratum);
+  std::string text = column_text(factor.column);
   if (!factor.stratum.empty()) {
-    text = fmt::format("{} | {}", text.empty() ? "fitted" : text, factor.stratum);
+    text = fmt::format("{} | {}", text.empty() ? "fitted" : text, column_text(factor.stratum));
   }
   const auto append = [&text](const char* name, std::optional<double> value) {
     if (!value) return;

@@ -39,7 +39,7 @@ struct Thresholds {
   /// Residuals that are smaller relative to the response's spread are rounding errors: measurements
   /// do not have so many digits.
   static constexpr double kRoundedResidual = 1e-6;
-  /// The same for one observation per group, where random effects compete with the residual.
+  /// The same where random effects can fit each group exactly and compete with the residual.
   static constexpr double kNothingLeft = 1e-2;
 
   // Random effects.

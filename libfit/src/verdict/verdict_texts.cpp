@@ -94,10 +94,10 @@ std::string_view text_of(Finding::Kind kind) {
       {kNoFirstStep,
        "Not converged: the first penalized least-squares step found no finite value. Use "
        "{simpler}, or a model that fits the pooled data better."},
-      {kSingleExact,
-       "Not converged: each group of {a} has one observation, so its random effects fit it "
-       "perfectly and the residual standard deviation goes to 0. Remove the random effects, or "
-       "use groups with several observations."},
+      {kSmallGroupsExact,
+       "Not converged: no group of {a} has more observations than random effects, so these fit it "
+       "perfectly and the residual standard deviation goes to 0. Use fewer random effects, or "
+       "groups with more observations."},
       {kPerfectCurve,
        "Not converged: perfect fit: the model goes through all observations, so the residual "
        "standard deviation goes to 0 and the likelihood has no maximum. Check whether the "

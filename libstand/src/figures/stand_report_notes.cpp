@@ -47,12 +47,14 @@ void ReportMaker::note_areas() {
   // Redwoods and other giants of wet coasts exceed it.
   constexpr double kUsualBasalArea = 120.0;
   const double basal_area = report_.all.basal_area_m2_per_ha;
-  if (!is_hull_ && !options_.trust_units && basal_area > kUsualBasalArea) {
+  if (!options_.trust_units && basal_area > kUsualBasalArea) {
     note({fmt::format(
-        "{:.0f} m2 of basal area per hectare are more than nearly all forests have: check the "
-        "areas, and that dbh is the diameter in cm; of circumferences use `columns=dbh=COLUMN/pi`, "
-        "of millimeters `columns=dbh=COLUMN/10`",
-        basal_area)});
+        "{:.0f} m2 of basal area per hectare are more than nearly all forests have: check {}, and "
+        "that dbh is the diameter in cm; of circumferences use `columns=dbh=COLUMN/pi`, of "
+        "millimeters `columns=dbh=COLUMN/10`",
+        basal_area,
+        is_hull_ ? "that positions are in meters and of one plot (`columns=plot=COLUMN`)"
+                 : "the areas")});
   }
   if (!plots_of_table_without_trees_.empty()) {
     note({fmt::format("{}: {}",

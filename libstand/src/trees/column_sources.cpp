@@ -6,6 +6,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -24,6 +25,19 @@ namespace {
 
 constexpr std::string_view kStatus = "status";
 
+/// Short names of crown radii, such as RW and CRS, have other meanings (ring width, coordinate
+/// system) where those of the other three directions are missing.
+bool is_one_of_four_radii(std::string_view name, const std::vector<std::string>& header) {
+  constexpr std::array<std::string_view, 4> kRadii{"cr_e", "cr_w", "cr_s", "cr_n"};
+  if (std::ranges::find(kRadii, name) == kRadii.end()) return true;
+  return std::ranges::all_of(kRadii, [&header](std::string_view radius) {
+    return std::ranges::any_of(header, [radius](const std::string& column) {
+      const auto meant = meant_name(column);
+      return meant && meant->name == radius;
+    });
+  });
+}
+
 /// The field of a standard column under another usual spelling.
 /// \throws UsageError if there are two such fields; of several status columns the first is used
 std::optional<std::size_t> usual_field(std::string_view name,
@@ -40,6 +54,7 @@ std::optional<std::size_t> usual_field(std::string_view name,
     found = i;
     best = meant->fit;
   }
+  if (found && best != NameFit::kUsual && !is_one_of_four_radii(name, header)) return std::nullopt;
   if (other) {
     throw UsageError(fmt::format("'{}' and '{}' could both be {}; name one with `columns={}={}`",
                                  header[*other],

@@ -39,11 +39,18 @@ std::string ColumnTimes::note() const {
 
 double required_years_of(const std::string& time, const Place& where) {
   if (const std::optional<double> years = years_of(time)) return *years;
-  throw InputError(time.empty() ? std::string("the year or date is missing")
-                                : fmt::format("'{}' is not a year or date, such as 2019, 06/2019, "
-                                              "2019-06-30, 30.06.2019 or 30/06/2019",
-                                              time),
-                   where);
+  const bool is_short =
+      time.size() == 2 && time.find_first_not_of("0123456789") == std::string::npos;
+  throw InputError(
+      time.empty() ? std::string("the year or date is missing")
+                   : fmt::format("'{}' is not a year or date, such as 2019, 06/2019, 2019-06-30, "
+                                 "30.06.2019 or 30/06/2019{}",
+                                 time,
+                                 is_short ? fmt::format("; if it is a year without its century, "
+                                                        "use `columns=year=\"20\" + {}`",
+                                                        where.column)
+                                          : std::string()),
+      where);
 }
 
 }  // namespace silvafit::stand

@@ -84,6 +84,7 @@ class Describer {
   void find_sources();
   void add_source(const std::string& name, const std::string& source);
   void describe(const std::string& column);
+  bool is_empty(std::string_view name) const;
   void add_lacks();
   void note(std::string text) {
     if (!text.empty()) result_.notes.push_back(std::move(text));
@@ -187,9 +188,18 @@ void Describer::describe(const std::string& column) {
   result_.columns.push_back(std::move(described));
 }
 
+/// Whether a source reads a column without any value.
+bool Describer::is_empty(std::string_view name) const {
+  return std::ranges::any_of(readers_, [&](const auto& reader) {
+    const auto column = std::ranges::find(result_.columns, reader.first, &DescribedColumn::name);
+    return sources_[reader.second].name == name && column != result_.columns.end() &&
+           column->missing == result_.rows;
+  });
+}
+
 void Describer::add_lacks() {
   const auto has = [this](std::string_view name) {
-    if (mapping_to(name, sources_) != nullptr) return true;
+    if (mapping_to(name, sources_) != nullptr) return !is_empty(name);
     // Four radii make a width.
     return name == "cw" && std::ranges::all_of(Names{"cr_e", "cr_w", "cr_s", "cr_n"},
                                                [this](const std::string& radius) {

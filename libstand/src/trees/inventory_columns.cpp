@@ -49,8 +49,6 @@ class Planner {
   std::vector<std::size_t> unit_fields(const ColumnPlan& plan) const;
   void require(const ColumnPlan& plan, Measure measure) const;
   void require_needed(const ColumnPlan& plan) const;
-  double full_circle(const std::string& column, const std::string& position) const;
-  bool is_read_as(std::string_view name, const std::string& column) const;
   std::optional<std::size_t> genus_field(const ColumnPlan& plan) const;
   std::vector<std::size_t> unread_fields(const ColumnPlan& plan) const;
   void collect_expression_fields(ColumnPlan& plan) const;
@@ -185,13 +183,6 @@ void Planner::require_needed(const ColumnPlan& plan) const {
   }
 }
 
-/// Whether a column of the file is an azimuth or distance without a formula of the user.
-bool Planner::is_read_as(std::string_view name, const std::string& column) const {
-  const ColumnMapping* const mapping = mapping_to(name, options_.columns);
-  const auto meant = meant_name(column);
-  return mapping != nullptr ? mapping->source == column : meant.has_value() && meant->name == name;
-}
-
 /// Epithets alone do not name species: `glabra` is of many genera.
 std::optional<std::size_t> Planner::genus_field(const ColumnPlan& plan) const {
   constexpr std::string_view kNames = "genus gattung genre genero gen genusname 属 屬";
@@ -202,14 +193,6 @@ std::optional<std::size_t> Planner::genus_field(const ColumnPlan& plan) const {
     if (is_genus && field != *plan.labels[kSpecies].field) return field;
   }
   return std::nullopt;
-}
-
-/// The highest azimuth of a column that is read as one without a formula of the user; else 0.
-/// \param position  the expression of x, y or z that reads it; pi/200 of gon
-double Planner::full_circle(const std::string& column, const std::string& position) const {
-  if (!is_read_as("azimuth", column)) return 0.0;
-  if (position.find("/200)") != std::string::npos) return 400.0;
-  return 360.0 / degrees_of_field(*field_named(column), header_, units_).value_or(1.0);
 }
 
 void Planner::collect_expression_fields(ColumnPlan& plan) const {
@@ -228,8 +211,9 @@ void Planner::collect_expression_fields(ColumnPlan& plan) const {
              .field = *field_named(name),
              .is_text = is_text,
              .is_position = is_position,
-             .full_circle = is_position ? full_circle(name, source.text) : 0.0,
-             .is_distance = is_position && is_read_as("distance", name)});
+             .polar = is_position
+                          ? polar_column(name, source.text, header_, units_, options_.columns)
+                          : PolarColumn()});
       } else if (found->is_text != is_text) {
         throw UsageError(fmt::format("'{}' is used as a number and as text", name),
                          {.file = file_, .column = "`columns`"});

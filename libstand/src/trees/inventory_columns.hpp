@@ -11,6 +11,7 @@
 
 #include "silvafit/data/expression.hpp"
 #include "silvafit/stand/inventory.hpp"
+#include "trees/polar_positions.hpp"
 
 namespace silvafit::stand {
 
@@ -64,8 +65,7 @@ struct ExpressionField {
   std::size_t field = 0;
   bool is_text = false;
   bool is_position = false;  ///< it becomes x, y or z
-  double full_circle = 0.0;  ///< of an azimuth: 360, or 400 in gon
-  bool is_distance = false;  ///< from the point of an azimuth
+  PolarColumn polar{};
 };
 
 /// The meaning of all columns, determined before the first row is read.

@@ -61,7 +61,7 @@ std::vector<std::string> InventoryReader::recognized() const {
 /// Numbers of trees that begin again for most rows are those of several plots or times.
 void InventoryReader::refuse_plots_without_column() const {
   const std::size_t trees = result_.inventory.size();
-  if (plan_.labels[kPlot].exists() || 2 * repeated_numbers_.renamed <= trees) return;
+  if (plan_.labels[kPlot].exists() || 2 * repeated_numbers_.renamed < trees) return;
   throw InputError(
       fmt::format(
           "{} of {} trees have the number of another tree, but there is no column plot; name "
@@ -84,12 +84,13 @@ void InventoryReader::refuse_tally() const {
   throw InputError(
       fmt::format("the column {} may be the number of trees of each row, but a row is one tree: "
                   "give the trees per hectare of a row with `expansion`, such as "
-                  "`columns=each={}*10000/AREA` and `expansion=each`; {}",
+                  "`columns=each={}*10000/AREA` and `expansion=each`; {}if a row is one tree, use "
+                  "`trust_units=true`",
                   name,
                   data::Expression::variable(name).text(),
                   plan_.labels[kTree].exists()
-                      ? std::string("if a row is one tree, use `trust_units=true`")
-                      : fmt::format("if it numbers the trees, use `columns=tree={}`", name)),
+                      ? std::string()
+                      : fmt::format("if it numbers the trees, use `columns=tree={}`; ", name)),
       {.file = file_, .column = name});
 }
 

@@ -100,7 +100,6 @@ class InventoryReader {
                    InventoryRow& row);
   void refuse_other_marks(std::string_view text, const std::string& column) const;
   void require_clear_marks() const;
-  void require_direction(const ExpressionField& source, double value) const;
   void require_computed_directions(const data::Table& table) const;
   void find_missing_zeros(Measures& measures);
   void keep_time(const InventoryRow& row);
@@ -123,6 +122,7 @@ class InventoryReader {
   bool tells_stems_apart(const std::vector<std::string>& labels) const;
   void number_stems();
   void compare_trees();
+  void count_equal_rows();
   void compare_measurements();
   void refuse_unknown_visits() const;
   void explain_shared_numbers();

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -76,28 +77,34 @@ void keep_rows(const std::vector<std::size_t>& rows,
   }
 }
 
-/// Whether the rows of one number are of one species and have nearly the same dbh, as those of one
-/// tree at several times. The dbh of different trees of one number are independent: their
-/// correlation is above the limit in one of a thousand tables with the fewest pairs.
+/// Whether the rows of one number and species have nearly the same dbh, as those of one tree at
+/// several times. The dbh of different trees of one number are independent: their correlation is
+/// above the limit in one of a thousand tables with the fewest pairs. Two trees with one number may
+/// be of two species; most rows must have another one of their species nevertheless.
 bool are_alike(const Inventory& inventory, const std::vector<std::vector<std::size_t>>& numbers) {
   constexpr std::size_t kFewest = 8;
   constexpr double kCorrelated = 0.9;
   std::vector<double> earlier;
   std::vector<double> later;
+  std::size_t alone = 0;
+  std::size_t together = 0;
   for (const std::vector<std::size_t>& rows : numbers) {
-    for (std::size_t i = 1; i < rows.size(); ++i) {
-      const double first = inventory.dbh_cm[rows[i - 1]];
-      const double second = inventory.dbh_cm[rows[i]];
-      if (!std::isfinite(first) || !std::isfinite(second)) continue;
-      if (inventory.species.code(rows[i - 1]) != inventory.species.code(rows[i])) return false;
-      earlier.push_back(first);
-      later.push_back(second);
+    std::map<std::uint32_t, std::vector<double>> dbh_of_species;
+    for (const std::size_t row : rows) {
+      const double dbh = inventory.dbh_cm[row];
+      if (std::isfinite(dbh)) dbh_of_species[inventory.species.code(row)].push_back(std::log(dbh));
+    }
+    for (const auto& [species, dbh] : dbh_of_species) {
+      ++(dbh.size() > 1 ? together : alone);
+      earlier.insert(earlier.end(), dbh.begin(), dbh.end() - 1);
+      later.insert(later.end(), dbh.begin() + 1, dbh.end());
     }
   }
+  if (alone >= together) return false;
   if (earlier.size() < kFewest) return false;
   const auto n = static_cast<Eigen::Index>(earlier.size());
-  Eigen::ArrayXd x = Eigen::Map<const Eigen::ArrayXd>(earlier.data(), n).log();
-  Eigen::ArrayXd y = Eigen::Map<const Eigen::ArrayXd>(later.data(), n).log();
+  Eigen::ArrayXd x = Eigen::Map<const Eigen::ArrayXd>(earlier.data(), n);
+  Eigen::ArrayXd y = Eigen::Map<const Eigen::ArrayXd>(later.data(), n);
   x -= x.mean();
   y -= y.mean();
   return (x * y).sum() > kCorrelated * x.matrix().norm() * y.matrix().norm();
@@ -116,12 +123,17 @@ void resolve_repeated_trees(const std::string& tree_column,
   const auto [repeated, visits, shared] = repeated_trees(inventory, times, skipped, thickest_first);
   numbers.visits.add(visits);
   numbers.shared.clear();
-  for (const std::vector<std::size_t>& rows : shared) {
-    LabelParts& label = numbers.shared.emplace_back();
-    for (const std::size_t row : rows) label.rows.push_back({positions[row]});
-  }
   const bool are_most = 2 * shared.size() > inventory.size() - repeated.size();
   numbers.are_alike = are_most && are_alike(inventory, shared);
+  for (const std::vector<std::size_t>& rows : shared) {
+    std::map<std::uint32_t, LabelParts> trees;
+    for (const std::size_t row : rows) {
+      trees[numbers.are_alike ? inventory.species.code(row) : 0].rows.push_back({positions[row]});
+    }
+    for (auto& [species, tree] : trees) {
+      if (tree.rows.size() > 1) numbers.shared.push_back(std::move(tree));
+    }
+  }
   if (repeated.empty()) return;
   std::vector<std::size_t> kept;
   data::TextColumn ids;
@@ -173,6 +185,13 @@ std::vector<std::string> RepeatedNumbers::notes() const {
     notes.push_back(fmt::format("{} at the position of the other tree, as stems of one stool do{}",
                                 counted(stems, "of these stands", "of these stand"),
                                 advice));
+  }
+  if (equal > 0) {
+    notes.push_back(
+        fmt::format("{} an earlier one in all columns, the position included, and {}: {}",
+                    counted(equal, "row equals", "rows equal"),
+                    equal == 1 ? "is a tree of its own" : "are trees of their own, the first",
+                    first_equal));
   }
   if (unplaced > 0) {
     notes.push_back(fmt::format(
@@ -257,7 +276,34 @@ void InventoryReader::number_stems() {
   inventory.tree = std::move(numbers);
 }
 
+/// Without numbers of trees, rows at one position that are equal in all columns may be stems of one
+/// stool. Copies of a table double it.
+void InventoryReader::count_equal_rows() {
+  const Inventory& inventory = result_.inventory;
+  if (plan_.labels[kTree].exists() || !inventory.has_coordinates()) return;
+  std::set<std::pair<std::uint32_t, std::uint64_t>> seen;
+  std::size_t equal = 0;
+  for (std::size_t row = 0; row < inventory.size(); ++row) {
+    const bool is_placed = !std::isnan(inventory.x[row]) && !std::isnan(inventory.y[row]);
+    if (!is_placed || seen.emplace(inventory.plot.code(row), inventory.contents[row]).second) {
+      continue;
+    }
+    if (repeated_numbers_.equal + equal++ == 0) {
+      repeated_numbers_.first_equal = describe(inventory.place(row), "");
+    }
+  }
+  repeated_numbers_.equal += equal;
+  if (2 * equal < inventory.size() || equal == 0 || options_.trust_units) return;
+  throw InputError(
+      fmt::format("{} of {} rows equal an earlier one in all columns, the position included: "
+                  "remove the copies; if each is a tree, use `trust_units=true`",
+                  equal,
+                  inventory.size()),
+      {.file = file_});
+}
+
 void InventoryReader::compare_trees() {
+  count_equal_rows();
   number_stems();
   if (options_.keeps_measurements) result_.inventory.time = times_;
   if (options_.keeps_measurements && times_.size() > 0) {
@@ -275,8 +321,8 @@ void InventoryReader::compare_trees() {
 /// Says, or asks, what the rows of one number are.
 void InventoryReader::explain_shared_numbers() {
   RepeatedNumbers& numbers = repeated_numbers_;
-  const bool are_of_one_time = plan_.time_field.has_value() && !numbers.are_alike;
-  if (numbers.shared.empty() || are_of_one_time) return;
+  const bool has_times = !times_.levels().empty();
+  if (numbers.shared.empty() || (has_times && !numbers.are_alike)) return;
   std::vector<std::size_t> fields = plan_.unread;
   fields.insert(fields.end(), plan_.unit_fields.begin(), plan_.unit_fields.end());
   auto columns = is_of_table() ? distinguishing_columns(
@@ -303,16 +349,20 @@ void InventoryReader::explain_shared_numbers() {
       column,
       column,
       tree);
-  const bool may_be_wrong = numbers.are_alike && plan_.labels[kPlot].exists();
-  if (!may_be_wrong || options_.trust_units) return;
+  // Without plots and positions, each plot may have such a number (refuse_plots_without_column).
+  const bool is_one_plot = plan_.labels[kPlot].exists() || result_.inventory.has_coordinates();
+  if (!numbers.are_alike || !is_one_plot || options_.trust_units) return;
   throw InputError(
-      fmt::format("{} several rows of one species and with nearly the same dbh, as measurements at "
-                  "several times have, but {}{}; if all are trees of one time, use "
-                  "`trust_units=true`",
-                  counted(numbers.shared.size(), "tree number has", "tree numbers have"),
-                  plan_.time_field ? fmt::format("the column {} has one time for them",
-                                                 csv_.header()[*plan_.time_field])
-                                   : std::string("there is no column of the time"),
+      fmt::format("{} several rows with nearly the same dbh, as measurements at several times "
+                  "have, but {}{}; if all are trees of one time, use `trust_units=true`",
+                  counted(numbers.shared.size(),
+                          "tree of one number and species has",
+                          "trees of one number and species have"),
+                  has_times ? fmt::format("the column {} has one time for them",
+                                          csv_.header()[*plan_.time_field])
+                  : plan_.time_field
+                      ? fmt::format("the column {} is empty", csv_.header()[*plan_.time_field])
+                      : std::string("there is no column of the time"),
                   numbers.advice),
       {.file = file_, .column = plan_.labels[kTree].text});
 }

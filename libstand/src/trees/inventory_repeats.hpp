@@ -21,10 +21,13 @@ struct RepeatedNumbers {
   std::string first_renamed{};    ///< its line and its new number
   std::size_t further_stems = 0;  ///< rows of trees with several stems, by the column of stems
   std::string first_further_stem{};
+  std::size_t equal = 0;  ///< rows without numbers that equal an earlier one, with its position
+  std::string first_equal{};
   std::size_t again = 0;  ///< skipped rows that measure a tree again within a visit
   VisitCounts visits{};
   /// Of the last part: the rows of each number that several trees have at an unknown time, and
-  /// whether these are most numbers and their rows as alike as measurements of one tree.
+  /// whether these are most numbers and their rows as alike as measurements of one tree; then of
+  /// each number and species.
   std::vector<LabelParts> shared{};
   bool are_alike = false;
   std::string advice{};  ///< "; ..." how rows of one number are told apart; empty without such

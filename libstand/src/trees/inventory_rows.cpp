@@ -90,26 +90,6 @@ double InventoryReader::number_in(std::size_t position,
   return data::kMissing;
 }
 
-/// An azimuth beyond a circle shows that the whole column has another unit.
-void InventoryReader::require_direction(const ExpressionField& source, double value) const {
-  if (source.full_circle == 0.0 || std::isnan(value)) return;
-  if (value >= 0.0 && value <= source.full_circle) return;
-  const std::string column = data::Expression::variable(source.name).text();
-  const std::string unit =
-      value < 0.0 ? fmt::format(
-                        "if the column goes from -180 to 180, use "
-                        "`columns=azimuth=ifelse({0} < 0, {0} + 360, {0})`",
-                        column)
-      : value <= 400.0 ? fmt::format("if it is in gon, use `columns=azimuth={}*0.9`", column)
-                       : fmt::format("if it is in mils, use `columns=azimuth={}*360/6400`", column);
-  throw InputError(fmt::format("the azimuth {} is not from 0 to {}; {}; leave unknown directions "
-                               "empty, or name their code with `missing`",
-                               value,
-                               source.full_circle,
-                               unit),
-                   {.file = csv_.file(), .line = csv_.line(), .column = source.name});
-}
-
 /// Declinations and bearings taken backwards add up to half a circle to a direction.
 void InventoryReader::require_computed_directions(const data::Table& table) const {
   const std::vector<double> values = data::evaluate(*plan_.azimuth, table);
@@ -159,14 +139,8 @@ void InventoryReader::read_expression_fields(const std::vector<std::string_view>
     if (!source.is_text) {
       double& value = expression_numbers_[i][position];
       value = number_in(source.field, fields[source.field], source.name, source.is_position, row);
-      require_direction(source, value);
-      if (source.is_distance && value < 0.0) {
-        throw InputError(
-            fmt::format("the distance {} is negative; leave unknown distances empty, or name their "
-                        "code with `missing`",
-                        value),
-            {.file = csv_.file(), .line = csv_.line(), .column = source.name});
-      }
+      require_polar(
+          value, source.polar, {.file = csv_.file(), .line = csv_.line(), .column = source.name});
     } else if (is_missing(data::trimmed(fields[source.field]))) {
       expression_texts_[i].append_missing();
     } else {

@@ -417,6 +417,9 @@ TEST_CASE("times of a plot are several visits if trees come again after a quarte
   CHECK(dbh_of("1,1,24,2\n1,1,20,1\n") == Sizes{24});
   CHECK(dbh_of("1,1,20,20120127\n1,1,24,20170127\n1,2,30,20170209\n") == Sizes{24, 30});
   CHECK(dbh_of("1,1,20,2019\n1,2,21,2019-11-30\n1,2,22,2020-10-01\n") == Sizes{22});
+  // A tree that is new was measured a week before the others came again.
+  CHECK(dbh_of("1,1,20,2015-07-29\n1,2,21,2015-07-29\n1,9,8,2016-07-21\n1,1,21,2016-07-29\n"
+               "1,2,22,2016-07-29\n") == Sizes{8, 21, 22});
   // Winter of two years, where no tree comes again; a note says so.
   const CheckedInventory winter =
       read_inventory_text("plot,tree,dbh,year\n1,1,20,2019\n1,2,21,2020\n");

@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <unordered_map>
 #include <utility>
@@ -95,6 +96,14 @@ struct LastVisit {
   std::size_t unseen = 0;
 };
 
+/// The times from one on that follow each other too soon for a visit of their own. A time without
+/// order is one of its own.
+std::size_t end_of_campaign(const std::vector<TimeOfPlot>& times, std::size_t begin) {
+  std::size_t end = begin + 1;
+  while (end < times.size() && years_between(times[end - 1], times[end]) <= kBetweenVisits) ++end;
+  return end;
+}
+
 /// \throws InputError as later_visits()
 LastVisit last_visit(std::vector<TimeOfPlot>& times, const Place& place) {
   std::ranges::stable_sort(times, {}, [](const TimeOfPlot& time) {
@@ -103,27 +112,30 @@ LastVisit last_visit(std::vector<TimeOfPlot>& times, const Place& place) {
   LastVisit last;
   Visit before;
   Visit visit;
-  for (std::size_t i = 0; i < times.size(); ++i) {
-    const bool has_order = !std::isnan(times[i].years);
-    const bool may_be_later =
-        i > 0 && (!has_order || years_between(times[i - 1], times[i]) > kBetweenVisits);
-    const bool is_later = may_be_later && visit.has_tree_of(times[i]);
-    last.is_mixed = !is_later && (last.is_mixed || may_be_later);
-    last.is_long = last.is_mixed && years_between(times[last.begin], times[i]) > kLongestCampaign;
+  for (std::size_t begin = 0, end = 0; begin < times.size(); begin = end) {
+    end = end_of_campaign(times, begin);
+    const bool has_order = !std::isnan(times[begin].years);
+    const std::span<const TimeOfPlot> campaign(&times[begin], end - begin);
+    const bool is_later = begin > 0 && std::ranges::any_of(campaign, [&](const TimeOfPlot& time) {
+                            return visit.has_tree_of(time);
+                          });
+    last.is_mixed = !is_later && (last.is_mixed || begin > 0);
     if (is_later) {
       if (!has_order) {
         throw InputError(
             fmt::format("trees of {} were measured again at {}, which is neither a year or date "
                         "(2019, 2019-06-30 or 30.06.2019) nor the number of a visit; choose the "
                         "rows of one visit with `where`",
-                        times[i - 1].text,
-                        times[i].text),
+                        times[begin - 1].text,
+                        times[begin].text),
             place);
       }
-      last.begin = i;
+      last.begin = begin;
       before = std::exchange(visit, {});
     }
-    visit.add(times[i]);
+    last.is_long =
+        last.is_mixed && years_between(times[last.begin], campaign.back()) > kLongestCampaign;
+    for (const TimeOfPlot& time : campaign) visit.add(time);
   }
   last.unseen = before.without_row_in(visit);
   return last;

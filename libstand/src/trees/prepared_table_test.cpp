@@ -175,6 +175,11 @@ TEST_CASE("a table is described column by column") {
     if (one.command == "stand") CHECK(one.lacks.empty());
     if (one.command == "indices") CHECK(one.lacks == std::vector<std::string>{"x", "y"});
   }
+  // A column without a value is as good as none.
+  const TableDescription empty = describe_columns(csv("tree,dbh,x,y\n1,20,,\n2,21,,\n"), {});
+  for (const LackingCommand& one : empty.commands) {
+    if (one.command == "indices") CHECK(one.lacks == std::vector<std::string>{"x", "y"});
+  }
 }
 
 TEST_CASE("an error of a missing column names those that may be meant") {

@@ -31,10 +31,25 @@ std::string twice(const char* column, bool are_same_trees) {
   return text;
 }
 
+/// Twelve pines and twelve oaks with the same numbers, measured at three times.
+std::string pines_and_oaks() {
+  std::string text = "plot,tree,species,dbh,campaign_no\n";
+  Random random(5);
+  for (int tree = 1; tree <= 12; ++tree) {
+    for (const char* const species : {"Pinus", "Quercus"}) {
+      const double dbh = random.uniform(8.0, 40.0);
+      for (int time = 0; time < 3; ++time) {
+        text += fmt::format("1,{},{},{:.1f},{}\n", tree, species, dbh + time, time);
+      }
+    }
+  }
+  return text;
+}
+
 /// The table with one year in all rows.
-std::string with_year(std::string text) {
+std::string with_year(std::string text, const char* value = ",2020") {
   for (std::size_t at = text.find('\n'); at != std::string::npos; at = text.find('\n', at + 1)) {
-    const std::string year = at == text.find('\n') ? ",year" : ",2020";
+    const std::string year = at == text.find('\n') ? ",year" : value;
     text.insert(at, year);
     at += year.size();
   }
@@ -66,7 +81,7 @@ TEST_CASE("trees without a number of their own are not copies") {
 TEST_CASE("trees that come again with nearly the same dbh need a time") {
   const std::string again = twice("campaign_no", true);
   CHECK_THROWS_WITH(read_inventory_text(again),
-                    Contains("12 tree numbers have several rows of one species") &&
+                    Contains("12 trees of one number and species have several rows") &&
                         Contains("the column campaign_no tells them apart") &&
                         Contains("`columns=year=campaign_no`"));
   CHECK(trees_in(again, {.trust_units = true}) == 24);
@@ -74,9 +89,25 @@ TEST_CASE("trees that come again with nearly the same dbh need a time") {
   CHECK_THROWS_WITH(
       read_inventory_text(with_year(twice("date", true))),
       Contains("but the column year has one time for them; the column date tells them apart"));
+  CHECK_THROWS_WITH(read_inventory_text(with_year(twice("date", true), ",")),
+                    Contains("but the column year is empty; the column date tells them apart"));
+  CHECK_THROWS_WITH(read_inventory_text(pines_and_oaks()), Contains("`columns=year=campaign_no`"));
   const CheckedInventory parts = read_inventory_text(twice("half", false));
   CHECK(parts.inventory.size() == 24);
   CHECK(has_note(parts, "`columns=tree=half+tree`"));
+}
+
+TEST_CASE("without numbers, equal rows at one position are told, and refused if most are copies") {
+  const std::string trees = "1,2,20.5,P\n3,4,12.5,P\n5,9,14.5,P\n8,1,30.5,P\n";
+  CHECK_THROWS_WITH(read_inventory_text("x,y,dbh,species\n" + trees + trees),
+                    Contains("4 of 8 rows equal an earlier one in all columns"));
+  CHECK(trees_in("x,y,dbh,species\n" + trees + trees, {.trust_units = true}) == 8);
+  // Two equal stems of one stool.
+  const CheckedInventory stool = read_inventory_text("x,y,dbh,species\n" + trees + "8,1,30.5,P\n");
+  CHECK(stool.inventory.size() == 5);
+  CHECK(has_note(stool, "1 row equals an earlier one in all columns"));
+  // Without positions, trees of a tally have equal values.
+  CHECK(trees_in("dbh,species\n20,P\n20,P\n22,P\n22,P\n") == 4);
 }
 
 TEST_CASE("plots in several places of a file are named by the column that tells them apart") {

@@ -45,13 +45,16 @@ constexpr Unit kDbhMeters{"meters", "*100", 100.0};
 // Known tables are converted from inches and feet; a copy of one may be in our units already.
 constexpr Unit kDbhConverted{"centimeters already", "*1", 1.0 / 2.54};
 constexpr Unit kConverted{"meters already", "*1", 1.0 / 0.3048};
+// So are those whose circumferences are in meters.
+constexpr Unit kDbhFromMeters{"centimeters already", "/100", 0.01};
 
 /// Units in which people measure dbh and height together.
 struct UnitPair {
   Unit dbh{};
   Unit h{};
 };
-constexpr std::array<UnitPair, 13> kPairs{{{kDbhConverted, kConverted},
+constexpr std::array<UnitPair, 14> kPairs{{{kDbhConverted, kConverted},
+                                           {kDbhFromMeters, kRight},
                                            {kRight, kFeet},
                                            {kRight, kDecimeters},
                                            {kRight, kCentimeters},
@@ -205,7 +208,7 @@ std::string Judge::advice(const UnitPair& units) const {
       "if {}, use `columns={}`", fmt::join(conditions, " and "), fmt::join(conversions, ","));
 }
 
-/// The units that make plausible stands, the most usual stand first; all if there are none.
+/// The units that make plausible stands, the most usual stand first.
 std::vector<std::string> Judge::advice_on_trees() const {
   constexpr std::size_t kMost = 3;
   const auto is_converted = [this](std::string_view name, std::string_view conversion) {
@@ -217,6 +220,9 @@ std::vector<std::string> Judge::advice_on_trees() const {
       is_converted("dbh", kDbhInches.conversion) && is_converted("h", kFeet.conversion);
   const auto is_possible = [&](const UnitPair& units) {
     if (units.h.name == kConverted.name && !are_converted) return false;
+    const bool is_from_meters =
+        column("dbh") != nullptr && column("dbh")->source.find("*100") != std::string::npos;
+    if (units.dbh.conversion == kDbhFromMeters.conversion && !is_from_meters) return false;
     // What is converted already is in another unit than that.
     if (is_converted("dbh", units.dbh.conversion) || is_converted("h", units.h.conversion)) {
       return false;
@@ -224,18 +230,17 @@ std::vector<std::string> Judge::advice_on_trees() const {
     return (units.h.name.empty() || medians_.h_m > 0.0) &&
            (units.dbh.name.empty() || medians_.dbh_cm > 0.0);
   };
-  std::vector<UnitPair> possible;
   std::vector<UnitPair> fitting;
-  std::ranges::copy_if(kPairs, std::back_inserter(possible), is_possible);
-  std::ranges::copy_if(possible, std::back_inserter(fitting), [this](const UnitPair& units) {
-    return medians_.in(units).is_plausible();
+  std::ranges::copy_if(kPairs, std::back_inserter(fitting), [&](const UnitPair& units) {
+    return is_possible(units) && medians_.in(units).is_plausible();
   });
   std::ranges::stable_sort(
       fitting, {}, [this](const UnitPair& units) { return medians_.in(units).oddness(); });
   if (fitting.size() > kMost) fitting.resize(kMost);
   std::vector<std::string> texts;
-  for (const UnitPair& units : fitting.empty() ? possible : fitting) {
-    texts.push_back(advice(units));
+  for (const UnitPair& units : fitting) texts.push_back(advice(units));
+  if (texts.empty()) {
+    texts.emplace_back("no usual units explain it: check that the columns are these measures");
   }
   return texts;
 }
@@ -259,10 +264,14 @@ std::vector<std::string> Judge::advice_on_length(const SizeColumn& length, doubl
 void Judge::refuse(const SizeColumn& wrong, const std::vector<std::string>& advice) const {
   const bool is_dbh = wrong.name == "dbh";
   const bool bends = wrong.name == "h" && medians_.h_m <= kHeightOfStandMeters;
+  const bool is_pair = is_dbh && medians_.slenderness > 0.0;
   const std::string reason =
       bends
           ? fmt::format("higher than stems of the median dbh {:.4g} cm can stand", medians_.dbh_cm)
-          : "which no stand of trees has";
+      : is_pair ? fmt::format("which no stand of trees has with the median height {:.4g} m by {}",
+                              medians_.h_m,
+                              column("h")->source)
+                : "which no stand of trees has";
   throw InputError(
       fmt::format("{} has the median {:.4g} {}, {}; {}; if it is correct, use `trust_units=true`",
                   wrong.source,

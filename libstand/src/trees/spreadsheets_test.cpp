@@ -383,10 +383,34 @@ TEST_CASE("the recommended unit makes trees of a possible shape") {
   CHECK_THROWS_WITH(read_inventory_text(text),
                     Contains("if h is in meters already and dbh is in centimeters already, use "
                              "`columns=h=HT*1,dbh=DIA*1`"));
+  // Stumps of 0.1 m beside diameters of 30 cm: no unit makes trees of them.
+  const std::vector<double> stump_dbh(12, 30.5);
+  const std::vector<double> stump_h(12, 0.1);
+  const std::vector<SizeColumn> stumps{{"dbh", "dbh", stump_dbh}, {"h", "h", stump_h}};
+  data::TextColumn one;
+  for (int i = 0; i < 12; ++i) one.append("1");
+  CHECK_THROWS_WITH(check_units_of_trees(one, one, stumps, "", [](std::size_t) { return Place(); }),
+                    Contains("dbh has the median 30.5 cm") &&
+                        Contains("with the median height 0.1 m by h; no usual units explain it"));
+  // Circumferences of 1 m in centimeters, in a table of France's, which has them in meters.
+  text = "idp,a,espar,c13,htot\n";
+  for (int i = 1; i <= 12; ++i) text += fmt::format("7,{},52,{},22\n", i, 94 + i);
+  CHECK_THROWS_WITH(read_inventory_text(text),
+                    Contains("if dbh is in centimeters already, use `columns=dbh=(c13*100/3.14") &&
+                        Contains(")/100`; if it is correct"));
   // The tallest trees and palms known, and saplings of 2.4 m with 1 cm.
   for (const char* giants : {"1,1,480,115.9", "1,1,40,60", "1,1,1,2.4"}) {
     CHECK_NOTHROW(read_inventory_text(std::string("plot,tree,dbh,h\n") + giants + "\n"));
   }
+}
+
+TEST_CASE("short names of crown radii need those of all directions") {
+  const Inventory code =
+      read_inventory_text("tree,dbh,h,crs\n1,20,15,2154\n2,21,16,2154\n").inventory;
+  CHECK(code.cr_s_m.empty());
+  const Inventory radii =
+      read_inventory_text("tree,dbh,h,cre,crw,crs,crn\n1,20,15,1,2,3,4\n").inventory;
+  CHECK(radii.cr_s_m == std::vector<double>{3.0});
 }
 
 TEST_CASE("trees whose numbers begin again are not those of one plot") {

@@ -10,6 +10,7 @@
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/fingerprint.hpp"
 #include "silvafit/base/json_values.hpp"
+#include "silvafit/base/paths.hpp"
 #include "silvafit/fit/fit_json.hpp"
 
 namespace silvafit::study {
@@ -80,10 +81,13 @@ ordered_json report_versions() {
                               {{"name", "Boost"}, {"version", boost()}}});
 }
 
-ordered_json report_repeat(const StudyRecord& record) {
+std::string inventory_fingerprint(const StudyRecord& record) {
   const std::string& file = record.inventory.inventory.file;
-  return {{"fingerprint", file.empty() ? "" : fingerprint(read_file(file, kAnySize))},
-          {"versions", report_versions()}};
+  return file.empty() || !is_there(file) ? std::string() : fingerprint(read_file(file, kAnySize));
+}
+
+ordered_json report_repeat(const StudyRecord& record) {
+  return {{"fingerprint", inventory_fingerprint(record)}, {"versions", report_versions()}};
 }
 
 ordered_json json_of(const FormattedTable& table) {

@@ -21,9 +21,12 @@ nlohmann::ordered_json fit_object(const fit::FittedModel& fit);
 /// Predictions for plots left out; null if there are none.
 nlohmann::ordered_json left_out_object(const ResponseStudy& result);
 
-/// `repeat` of docs/report-data.md: the fingerprint of the inventory's file (empty for a table in
-/// memory), and the versions of the program and its libraries.
-/// \throws InputError if the inventory no longer exists
+/// Of the bytes of the inventory's file; empty for a table in memory, a sheet of a workbook or a
+/// layer of a database.
+std::string inventory_fingerprint(const StudyRecord& record);
+
+/// `repeat` of docs/report-data.md: inventory_fingerprint(), and the versions of the program and
+/// its libraries.
 nlohmann::ordered_json report_repeat(const StudyRecord& record);
 
 /// Name and version of the program, the compiler and the numerical libraries that made it.

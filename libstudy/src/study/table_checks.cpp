@@ -175,7 +175,15 @@ std::vector<std::string> add_columns(const std::vector<stand::ColumnMapping>& co
     if (table.has(mapping.source)) {
       data::copy_column(mapping.name, table, mapping.source, table);
     } else {
-      table.set(mapping.name, data::checked_values(mapping.source, table));
+      std::vector<double> values = data::checked_values(mapping.source, table);
+      const bool has_codes =
+          stand::is_zero_missing(mapping.name) && std::ranges::find(values, 0.0) != values.end();
+      if (has_codes) {
+        std::ranges::replace(values, 0.0, data::kMissing);
+        notes.push_back(
+            fmt::format("0 in {} by {} is read as missing", mapping.name, mapping.source));
+      }
+      table.set(mapping.name, std::move(values));
     }
   }
   const char* const where = options.scope == stand::SearchScope::kStand ? "the stand" : "each plot";

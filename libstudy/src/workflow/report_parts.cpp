@@ -110,7 +110,7 @@ void add_level_decisions(const StudyRecord& record, Decisions& decisions) {
     const auto has_several = [](const ResponseStudy& result) { return result.plots > 1; };
     decisions.emplace_back(
         "Level 3",
-        std::ranges::any_of(record.study.results, has_several)
+        record.study.results.empty() || std::ranges::any_of(record.study.results, has_several)
             ? "skipped: no model reached this level"
             : fmt::format("skipped: random effects of {} need several of them", options.group));
     return;

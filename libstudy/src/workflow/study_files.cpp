@@ -39,11 +39,6 @@ void add_model(const ResponseStudy& result,
   library.models.back().fit.seconds = 0.0;
 }
 
-/// Empty for a table in memory or a layer of a database.
-std::string fingerprint_of(const std::string& file) {
-  return file.empty() || !is_there(file) ? std::string() : fingerprint(read_file(file, kAnySize));
-}
-
 /// Of the species that were studied, by all of their trees.
 std::map<std::string, double> commonest_diameters(const StudyRecord& record) {
   std::map<std::string, std::vector<double>> diameters;
@@ -148,7 +143,7 @@ data::Table inventory_table(const stand::Inventory& inventory,
 ModelLibrary library_of(const StudyRecord& record) {
   const std::string& file = record.inventory.inventory.file;
   ModelLibrary library{.inventory = {.file = std::filesystem::path(file).filename().string(),
-                                     .fingerprint = fingerprint_of(file),
+                                     .fingerprint = inventory_fingerprint(record),
                                      .trees = record.inventory.inventory.size()}};
   library.inventory.commonest_dbh_cm = commonest_diameters(record);
   if (record.units) library.inventory.units = record.settings.units;

@@ -434,6 +434,13 @@ TableReader::Result TableReader::read() {
   }
   data::take_missing_codes(result_.table, state_.codes);
   note(state_.codes.note());
+  if (const stand::ColumnMapping* const x = stand::mapping_to("x", usual_)) {
+    stand::check_polar_positions(result_.table,
+                                 x->source,
+                                 reader_.header(),
+                                 reader_.layout().units,
+                                 wishes_.options.columns);
+  }
   for (const stand::ColumnMapping& column : usual_) add_column(column);
   for (const char* const name : {"plot", "tree", "species"}) {
     const std::string column = column_of(name);
@@ -510,8 +517,8 @@ ReadTable read_tree_table(const data::TableSource& source,
                    of_parts.off_terrain,
                    result.recognized);
   }
-  // The status does not affect a tree's shape.
-  columns.erase("status");
+  // The status does not affect a tree's shape, and these are positions now.
+  for (const char* const read : {"status", "azimuth", "distance", "x0", "y0"}) columns.erase(read);
   give_notes(result.recognized, note);
   return static_cast<ReadTable&&>(result);
 }

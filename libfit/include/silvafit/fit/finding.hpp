@@ -30,7 +30,7 @@ struct Finding {
     kLikelihoodKeepsRising, kLimitOfCurve, kUnboundedPower, kConfounded, kSteps, kNearlyConfounded,
     kDependentEstimates, kConfoundedVariances, kUnseenCorrelation, kNoMinimum, kStillChanging,
     kStillChangingBy, kNoMaximumFound, kMaximumAway, kNoClearMode, kDivergedAway,
-    kPerfectByFixedEffects, kNoFirstStep, kSingleExact, kPerfectCurve, kSingularCorrelation,
+    kPerfectByFixedEffects, kNoFirstStep, kSmallGroupsExact, kPerfectCurve, kSingularCorrelation,
     kBeyondMeasure, kSaturated, kImpossibleError, kInvalidAtFirstOrder, kNoModes,
     kInvalidForSample, kFirstOrderHigher, kContainedHigher,
     kUnfinishedHigher, kUnfinishedFirstOrder, kLinearizationFar, kNoneFromStart, kRisesInwards,

@@ -130,6 +130,15 @@ std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
                                          bool by_location = false,
                                          const std::vector<ColumnMapping>& mapped = {});
 
+/// Checks the azimuths and distances of which usual_columns() makes positions.
+/// \param position  the source of x or y
+/// \throws InputError if an azimuth is beyond a full circle, or a distance negative
+void check_polar_positions(const data::Table& table,
+                           const std::string& position,
+                           const std::vector<std::string>& header,
+                           const std::vector<std::string>& units,
+                           const std::vector<ColumnMapping>& mapped);
+
 /// The fields of a column, by position in a header: as mapped, under this name or, of our columns,
 /// a usual one. Several for a label of joined columns, none if there is no such column.
 std::vector<std::size_t> fields_of(const std::string& name,
