@@ -108,7 +108,8 @@ void report_grown(const CommonOptions& common, const study::GrowResult& result) 
       replaced.push_back(fmt::format("{} of {}", name, count));
     }
     say(common,
-        fmt::format("{} missing measurements, for which defaults are used ({}){}",
+        fmt::format("{} measurements that are missing or contradict others, for which defaults or "
+                    "the others are used ({}){}",
                     counted(counts.with_guesses, "tree has", "trees have"),
                     fmt::join(replaced, ", "),
                     how));

@@ -165,6 +165,10 @@ void prepare_walk(const RenderArguments& arguments,
   const render::GroundHeight ground(scene);
   std::vector<render::Vector> places;
   for (render::Standpoint& one : standpoints) {
+    const auto is_on_earth = [](double meters) { return std::abs(meters) <= 1e9; };
+    if (!std::ranges::all_of(one.eye, is_on_earth)) {
+      throw UsageError("the place of the eye must be three numbers of meters within 1e9");
+    }
     const bool is_inside = one.eye[0] >= low[0] && one.eye[0] <= high[0] && one.eye[2] >= low[2] &&
                            one.eye[2] <= high[2];
     if (!is_inside) {

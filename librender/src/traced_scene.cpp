@@ -37,9 +37,11 @@ void check(const Surface& surface) {
     throw UsageError("the buffers of a surface differ in length");
   }
   const auto is_finite = [](float value) { return std::isfinite(value); };
-  if (!std::ranges::all_of(surface.positions, is_finite) ||
+  // Embree's largest coordinate is 1.8e18.
+  const auto is_possible = [](float value) { return std::abs(value) <= 1e18F; };
+  if (!std::ranges::all_of(surface.positions, is_possible) ||
       !std::ranges::all_of(surface.uvs, is_finite)) {
-    throw UsageError("a surface has a coordinate that is not finite");
+    throw UsageError("a surface has a coordinate that is not finite, or beyond 1e18 m");
   }
 }
 

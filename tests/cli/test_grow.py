@@ -266,7 +266,7 @@ class Grow(ProgramTest):
                          [f"  stand-{year}.glb: 2 trees" for year in (2021, 2022, 2023)])
         for name in ("stand-2021.glb", "stand-2022.glb", "stand-2023.glb"):
             self.assertTrue((self.folder / name).exists())
-        self.assertIn("3 trees have missing measurements", done.stderr)
+        self.assertIn("3 trees have measurements that are missing", done.stderr)
         self.write("one.csv", GROWTH.splitlines()[0] + "\n" + GROWTH.splitlines()[1] + "\n")
         done = self.run_program("grow", "one.csv", "--lod", "2,3", "--scene", "s.glb")
         first, *files = done.stdout.splitlines()
@@ -275,7 +275,7 @@ class Grow(ProgramTest):
         self.assertEqual(files, [f"  {scene['file']}: 1 tree, {scene['triangles']} triangles"
                                  for scene in scenes])
         self.assertEqual([scene["file"] for scene in scenes], ["s-lod2.glb", "s-lod3.glb"])
-        self.assertIn("1 tree has missing measurements", done.stderr)
+        self.assertIn("1 tree has measurements that are missing", done.stderr)
         folders = self.run_program("grow", "one.csv", "--lod", "0,3", "--out", "d").stdout.splitlines()
         self.assertEqual([line.split(": ")[0] for line in folders[1:]], ["  d", "  d (*-lod3.glb)"])
         self.assertEqual(len(list((self.folder / "d").glob("*-lod3.glb"))), 1)

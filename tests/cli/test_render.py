@@ -75,6 +75,8 @@ class Pictures(ProgramTest):
         self.write("typo.csv", "east,north,azimuth,elevtion\n1,2,3,4\n")
         for arguments, status, said in ((("--path", "bad.csv"), 3, "azimuth"),
                                         (("--bare",), 2, "--bare"),
+                                        (("--eye", "nan,0"), 2, "the place of the eye must be three numbers"),
+                                        (("--eye", "1e38,0"), 2, "the place of the eye must be three numbers"),
                                         (("--look", "20"), 2, "--look"),
                                         (("--path", "typo.csv"), 3, "elevtion: the frames of a walk have no such column"),
                                         (("--eye", "1,-4", "--zoom", "2"), 2, "--zoom"),

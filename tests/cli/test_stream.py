@@ -101,9 +101,12 @@ class Parts(ProgramTest):
                 [[0, 0], [30, 0], [30, 29], [0, 29], [0, 0]]]}} for plot in ("*", "empty")]}
         self.write("window.geojson", json.dumps(window))
         self.write("trees.csv", "\n".join([header, *rows]) + "\n")
-        says = self.compare_stands("--window", "window.geojson", "--edge", "hanisch", "--neighbors", "5", "--further", "CO,T",
-                                   "--stratum", "stratum", "--stratum-area", "north=3000,south=900.5")
-        self.assertIn("1 plot without trees belongs to no stratum", says)
+        strata = ("--stratum", "stratum", "--stratum-area", "north=3000,south=900.5")
+        for stream in ([], ["--stream"]):
+            done = self.run_program("stand", "trees.csv", "--window", "window.geojson", *strata, *stream, status=3)
+            self.assertIn("the plot has no living tree that tells its stratum by the column stratum", done.stderr)
+        self.write("every.geojson", json.dumps({**window, "features": window["features"][:1]}))
+        self.compare_stands("--window", "every.geojson", "--edge", "hanisch", "--neighbors", "5", "--further", "CO,T", *strata)
         random.Random(3).shuffle(rows)
         self.write("trees.csv", "\n".join([header, *rows]) + "\n")
         says = self.compare_stands("--window", "window.geojson", "--edge", "hanisch", "--neighbors", "5", "--further", "CO,T")

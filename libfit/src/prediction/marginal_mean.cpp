@@ -16,6 +16,9 @@ namespace {
 
 // Points of a rule in all variables together; more would take minutes for 1e5 trees.
 constexpr double kMostNodes = 20000.0;
+// Rules of smooth functions agree far better in the end. They never do at a pole, around which the
+// mean does not exist (1/u^2 of a normal u).
+constexpr double kUnsettled = 0.01;
 
 /// Arguments moved by b.
 MatrixXd moved(const RowMean& mean, const MatrixXd& arguments, const VectorXd& b) {
@@ -58,6 +61,7 @@ class RowRules {
   explicit RowRules(Index rows)
       : value_(VectorXd::Constant(rows, kNaN)),
         difference_(VectorXd::Constant(rows, kInfinity)),
+        before_(VectorXd::Constant(rows, 0.0)),
         points_(static_cast<std::size_t>(rows), 0) {}
 
   /// \returns the largest relative difference from the rule before, for rows with a valid rule
@@ -66,6 +70,7 @@ class RowRules {
     for (Index i = 0; i < next.size(); ++i) {
       if (!std::isfinite(next[i])) continue;
       const double size = std::max(std::abs(next[i]), 1e-300);
+      before_[i] = difference_[i];
       difference_[i] = std::isnan(value_[i]) ? kInfinity : std::abs(next[i] - value_[i]) / size;
       value_[i] = next[i];
       points_[static_cast<std::size_t>(i)] = points;
@@ -75,6 +80,13 @@ class RowRules {
   }
 
   const VectorXd& value() const { return value_; }
+  /// Takes away the values of rows whose last rules differ.
+  void remove_unsettled() {
+    for (Index i = 0; i < value_.size(); ++i) {
+      const double difference = std::max(difference_[i], std::isinf(before_[i]) ? 0.0 : before_[i]);
+      if (difference > kUnsettled) value_[i] = kNaN;
+    }
+  }
   double largest_difference() const {
     double largest = 0.0;
     for (Index i = 0; i < value_.size(); ++i) {
@@ -88,6 +100,7 @@ class RowRules {
  private:
   VectorXd value_;
   VectorXd difference_;
+  VectorXd before_;  ///< the difference of the rule before; 0 where there is none
   std::vector<int> points_;
 };
 
@@ -127,6 +140,7 @@ MarginalMean marginal_mean(const RowMean& mean,
                          std::pow(kPoints[k + 1], static_cast<double>(root.cols())) > kMostNodes;
     if (is_last || (k > 0 && difference <= accuracy)) break;
   }
+  rows.remove_unsettled();
   MarginalMean result{.value = rows.value(), .difference = rows.largest_difference()};
   if (with_gradient) result.gradient = gradient_by(mean, arguments, root, rows.points());
   return result;

@@ -10,12 +10,12 @@
 namespace silvafit::stand {
 
 /// Welford's recurrence, which loses no digits if the mean is large (with weights: West 1979).
-/// Missing values are skipped.
+/// Missing values, and those without weight, are skipped.
 class Moments {
  public:
-  /// \param weight  > 0; the unit of weights does not matter
+  /// \param weight  0 or more; the unit of weights does not matter
   void add(double value, double weight = 1.0) {
-    if (std::isnan(value)) return;
+    if (std::isnan(value) || weight == 0.0) return;
     ++count_;
     weights_ += weight;
     const double deviation = value - mean_;

@@ -28,6 +28,14 @@ std::vector<SampledArea> ReportMaker::find_areas(const Inventory& inventory) {
   offered_ = offer_of_area_column(inventory);
   if (options_.plot_area_m2) {
     std::vector<SampledArea> areas = sampled_areas(inventory, *options_.plot_area_m2);
+    // Plots whose trees lack a dbh have no tree to count, and are not empty.
+    std::set<std::string> known;
+    for (const SampledArea& area : areas) known.insert(area.name);
+    for (const std::string& plot : inventory.plot.levels()) {
+      if (!known.contains(plot)) areas.push_back({.name = plot});
+    }
+    std::ranges::move(take_unknown_plots(inventory, false, areas),
+                      std::back_inserter(plots_left_out_));
     add_empty_plots(inventory, areas);
     return areas;
   }
@@ -57,15 +65,16 @@ std::vector<SampledArea> ReportMaker::find_areas(const Inventory& inventory) {
   return areas;
 }
 
-/// Plots without a living tree, and those of the table of plots without a row, where one area or
-/// window is that of every plot.
+/// Plots without a living tree, and those of the table of plots without a row: they have an area
+/// where one area or window is that of every plot.
 void ReportMaker::add_empty_plots(const Inventory& inventory, std::vector<SampledArea>& areas) {
   const auto& windows = options_.units.windows;
   const auto every = std::ranges::find(windows, kEveryPlot, &NamedWindow::plot);
   const bool has_window = every != windows.end();
   const double area_m2 = has_window ? every->window.area_m2() : options_.plot_area_m2.value_or(0.0);
-  if (area_m2 == 0.0) return;
   std::set<std::string> known(inventory.plots_left_out.begin(), inventory.plots_left_out.end());
+  known.insert(plots_left_out_.begin(), plots_left_out_.end());
+  known.insert(inventory.plot.levels().begin(), inventory.plot.levels().end());
   for (const SampledArea& area : areas) known.insert(area.name);
   const auto add = [&](const std::string& plot) {
     if (!known.insert(plot).second) return false;
@@ -74,41 +83,17 @@ void ReportMaker::add_empty_plots(const Inventory& inventory, std::vector<Sample
     areas.push_back(std::move(area));
     return true;
   };
-  for (const std::string& plot : inventory.plots_without_trees) add(plot);
+  if (area_m2 > 0.0) {
+    for (const std::string& plot : inventory.plots_without_trees) add(plot);
+  }
   if (!options_.design.plots) return;
   for (const PlotRecord& record : options_.design.plots->plots) {
-    require_no_share(record);
-    if (add(record.plot)) plots_of_table_without_trees_.push_back(record.plot);
-  }
-  compare_with_table(areas);
-}
-
-void ReportMaker::require_no_share(const PlotRecord& record) const {
-  if (std::isnan(record.share) || record.share == 1.0) return;
-  throw UsageError(
-      "the column share of the table of plots is not applied to areas of `plot_area`, `window` or "
-      "`circle`; give the areas in the table instead",
-      {.file = options_.design.plots->file,
-       .line = record.line,
-       .column = "share",
-       .plot = record.plot});
-}
-
-/// Areas that are in the table, too, must agree with those that are used.
-void ReportMaker::compare_with_table(const std::vector<SampledArea>& areas) const {
-  for (const PlotRecord& record : options_.design.plots->plots) {
-    const auto area = std::ranges::find(areas, record.plot, &SampledArea::name);
-    const double area_m2 = recorded_area_m2(record, 1, options_.design.plots->file);
-    if (area == areas.end() || std::isnan(area_m2) || is_same_area(area_m2, area->area_m2)) {
-      continue;
+    if (area_m2 > 0.0 ? add(record.plot) : known.insert(record.plot).second) {
+      (area_m2 > 0.0 ? plots_of_table_without_trees_ : plots_of_table_without_window_)
+          .push_back(record.plot);
     }
-    throw InputError(
-        fmt::format("the plot has {:.6g} m2 in the table of plots, and {:.6g} m2 by `plot_area`, "
-                    "`window` or `circle`; omit one of them",
-                    area_m2,
-                    area->area_m2),
-        {.file = options_.design.plots->file, .line = record.line, .plot = record.plot});
   }
+  check_table_beside_areas(*options_.design.plots, areas);
 }
 
 /// Their trees are neither counted nor outside a window.
@@ -188,11 +173,8 @@ void ReportMaker::add_plots_without_rows() {
         {.name = *window.plot, .area_m2 = window.window.area_m2(), .window = window.window});
   }
   empty_ += areas.size();
-  if (!options_.stratum.empty()) {
-    without_trees_ += areas.size();
-  } else {
-    add_figures(without_rows_, std::move(areas), {});
-  }
+  require_trees_of_strata(areas, without_rows_.file);
+  add_figures(without_rows_, std::move(areas), {});
 }
 
 void ReportMaker::check_density(const std::string& file) const {

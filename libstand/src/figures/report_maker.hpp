@@ -47,8 +47,6 @@ class ReportMaker {
   void take_labels(const Inventory& inventory);
   std::vector<SampledArea> find_areas(const Inventory& inventory);
   void add_empty_plots(const Inventory& inventory, std::vector<SampledArea>& areas);
-  void require_no_share(const PlotRecord& record) const;
-  void compare_with_table(const std::vector<SampledArea>& areas) const;
   void count_trees_without_window(const Inventory& inventory, const PlotWindows& windows);
   static void sort_areas(const Inventory& inventory, std::vector<SampledArea>& areas);
   void count_trees_left_out(const Inventory& inventory, const std::vector<SampledArea>& areas);
@@ -58,7 +56,10 @@ class ReportMaker {
   void check_one_stratum(const Inventory& inventory,
                          const SampledArea& area,
                          const data::TextColumn& column) const;
-  std::vector<std::string> strata_of(const Inventory& inventory, std::vector<SampledArea>& areas);
+  void require_trees_of_strata(const std::vector<SampledArea>& areas,
+                               const std::string& file) const;
+  std::vector<std::string> strata_of(const Inventory& inventory,
+                                     const std::vector<SampledArea>& areas);
   std::vector<std::string> strata_of_table(const std::vector<SampledArea>& areas);
   bool has_structure(const Inventory& inventory) const;
   void add_structure(const Inventory& inventory);
@@ -135,9 +136,9 @@ class ReportMaker {
   std::vector<std::string> plots_left_out_{};
   std::vector<std::string> plots_without_trees_{};  ///< but for those with a window
   std::vector<std::string> plots_of_table_without_trees_{};
+  std::vector<std::string> plots_of_table_without_window_{};
   std::unordered_set<std::string> windows_without_rows_{};
   std::vector<std::string> notes_on_strata_{};
-  std::size_t without_trees_ = 0;  ///< plots that have no stratum because they have no trees
   PlotNames without_stratum_{};
   std::size_t without_stratum_count_ = 0;
   std::vector<std::string> notes_on_units_{};

@@ -89,17 +89,29 @@ void ReportMaker::check_one_stratum(const Inventory& inventory,
   }
 }
 
-/// The stratum of each area; areas without trees have none and are removed from the list.
+/// A plot without a tree is in the sample of its stratum, which rows of trees do not tell.
+void ReportMaker::require_trees_of_strata(const std::vector<SampledArea>& areas,
+                                          const std::string& file) const {
+  const auto empty =
+      std::ranges::find_if(areas, [](const SampledArea& area) { return area.trees.empty(); });
+  if (options_.stratum.empty() || empty == areas.end()) return;
+  throw InputError(
+      fmt::format("the plot has no living tree that tells its stratum by the column {}; give the "
+                  "strata of all plots in a table of `plots` with the columns plot and stratum",
+                  options_.stratum),
+      {.file = file, .column = "`stratum`", .plot = empty->name});
+}
+
+/// The stratum of each area.
 std::vector<std::string> ReportMaker::strata_of(const Inventory& inventory,
-                                                std::vector<SampledArea>& areas) {
+                                                const std::vector<SampledArea>& areas) {
   std::vector<std::string> strata;
   if (options_.stratum.empty()) {
     const bool has_table = options_.design.plots && options_.design.plots->has_stratum;
     return has_table ? strata_of_table(areas) : strata;
   }
   const data::TextColumn column = labels_of(inventory, options_.stratum, "`stratum`");
-  without_trees_ +=
-      std::erase_if(areas, [](const SampledArea& area) { return area.trees.empty(); });
+  require_trees_of_strata(areas, inventory.file);
   std::vector<std::string> without_stratum;
   for (const SampledArea& area : areas) {
     check_one_stratum(inventory, area, column);

@@ -63,6 +63,14 @@ void ReportMaker::note_areas() {
                               "plots of the table have no tree and are counted as empty"),
                       data::list_of(plots_of_table_without_trees_))});
   }
+  if (!plots_of_table_without_window_.empty()) {
+    note({fmt::format("{} neither a tree nor a window and {} not counted: {}",
+                      counted(plots_of_table_without_window_.size(),
+                              "plot of the table has",
+                              "plots of the table have"),
+                      plots_of_table_without_window_.size() == 1 ? "is" : "are",
+                      data::list_of(plots_of_table_without_window_))});
+  }
   if (plots_without_window_.empty()) return;
   note({fmt::format(
       "{} not counted, with {}: plot {}; fewer than three trees, or trees on one line, have no "
@@ -172,11 +180,6 @@ void ReportMaker::note_strata() {
                 "takes the plots of all strata as one sample"
               : "tables of species and diameters are means of all plots, without the areas of "
                 "strata; `by=species` has estimates with them"});
-  }
-  if (without_trees_ > 0) {
-    note({counted(without_trees_,
-                  "plot without trees belongs to no stratum and is skipped",
-                  "plots without trees belong to no stratum and are skipped")});
   }
   if (without_stratum_.empty()) return;
   note({fmt::format(

@@ -219,6 +219,52 @@ TEST_CASE("a plot all of whose rows were skipped is not a plot without trees") {
   }
 }
 
+TEST_CASE("a plot without a living tree has no stratum by a column of the trees") {
+  Inventory stand = stand_of({{.plot = "1"}, {.plot = "2"}});
+  silvafit::data::TextColumn strata;
+  for (const char* stratum : {"X", "Y"}) strata.append(stratum);
+  stand.other = silvafit::data::Table(2);
+  stand.other.set("zone", strata);
+  stand.plots_without_trees = {"3"};
+  StandReportOptions options{.plot_area_m2 = 500.0};
+  // Two trees on three plots of 500 m2.
+  CHECK(stand_report(stand, options).all.stems_per_ha == Approx(2.0 / 0.15).epsilon(1e-14));
+  options.stratum = "zone";
+  CHECK_THROWS_WITH(
+      stand_report(stand, options),
+      Contains("no living tree that tells its stratum by the column zone") && Contains("(plot 3)"));
+}
+
+TEST_CASE("a table of plots beside windows has neither shares nor other areas") {
+  const Inventory stand = stand_of({{.plot = "1"}, {.x = 1, .plot = "2"}});
+  const Window square = Window::rectangle({-5, -5}, {15, 20});
+  StandReportOptions options{.units = {.neighbors = 1, .windows = {{"1", square}, {"2", square}}}};
+  options.design.plots = PlotTable{.file = "plots.csv", .plots = {{.plot = "1"}, {.plot = "6"}}};
+  CHECK_THAT(notes_in(stand_report(stand, options)),
+             Contains("1 plot of the table has neither a tree nor a window and is not counted: 6"));
+  options.design.plots->plots[0].share = 0.5;
+  CHECK_THROWS_WITH(stand_report(stand, options), Contains("share of the table of plots is not"));
+  options.design.plots->plots[0].share = 1.0;
+  options.design.plots->plots[0].area_m2 = 400.0;
+  CHECK_THROWS_WITH(stand_report(stand, options),
+                    Contains("400 m2 in the table of plots, and 500 m2 by"));
+}
+
+TEST_CASE("trees with an expansion factor of 0 change no mean") {
+  const auto figures_of = [](const std::string& rows) {
+    const CheckedInventory read =
+        read_inventory_text("plot,tree,dbh,h,f\n" + rows, {.keep = {"f"}});
+    return stand_report(read.inventory, {.design = {.expansion = "f"}}).all;
+  };
+  for (const std::string rows : {"1,1,30,20,0\n1,2,20,15,100\n1,3,25,18,100\n",
+                                 "1,2,20,15,100\n1,3,25,18,100\n1,1,30,20,0\n"}) {
+    const StandFigures figures = figures_of(rows);
+    CHECK(figures.mean_dbh_cm == Approx(22.5).epsilon(1e-14));
+    CHECK(figures.mean_height_m == Approx(16.5).epsilon(1e-14));
+    CHECK(figures.dominant_height_m == Approx(18.0).epsilon(1e-14));
+  }
+}
+
 TEST_CASE("a plot area replaces a window, and quadrats need a window") {
   const Inventory stand = stand_of({{}, {.x = 10}, {.y = 10, .dbh_cm = 30}});
   StandReportOptions options{.units = {.neighbors = 1}, .plot_area_m2 = 500.0};

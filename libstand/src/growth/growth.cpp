@@ -192,6 +192,10 @@ void GrowthMaker::find_areas() {
         "`circle`, `plots` or a sampling design" +
         offer_of_area_column(inventory_));
   }
+  const bool are_given = options_.plot_area_m2 || !options_.units.windows.empty();
+  if (are_given && design_.plots) {
+    check_table_beside_areas(*design_at_times(design_, plots_at_occasions()).plots, areas);
+  }
   is_counted_.assign(living_.size(), 0);
   for (SampledArea& area : areas) {
     for (const std::size_t tree : area.trees) is_counted_[tree] = 1;

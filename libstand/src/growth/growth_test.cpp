@@ -572,6 +572,16 @@ TEST_CASE("Plots without trees and without a time are empty at all times") {
                     Contains("plots.csv: plots without trees and without a time"));
 }
 
+TEST_CASE("Windows need positions") {
+  const CheckedInventory trees = measured(
+      "plot,tree,species,year,dbh,h\n1,1,A,2000,20,\n"
+      "1,1,A,2005,22,\n");
+  StandReportOptions options;
+  options.units.windows = {{kEveryPlot, Window::circle({0, 0}, 10.0)}};
+  CHECK_THROWS_WITH(growth_report(trees.inventory, options),
+                    Contains("windows need the positions of trees"));
+}
+
 TEST_CASE("A plot whose trees have new numbers is refused, and one with new trees is not") {
   const auto growth = [](int number, int dbh) {
     std::string text = "plot,tree,year,dbh\n2,1,2010,20\n2,1,2015,22\n";

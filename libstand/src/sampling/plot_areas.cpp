@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 
 #include "silvafit/base/error.hpp"
@@ -28,6 +29,31 @@ double recorded_area_m2(const PlotRecord& record, std::size_t subplots, const st
         {.file = file, .line = record.line, .plot = record.plot});
   }
   return result;
+}
+
+void check_table_beside_areas(const PlotTable& table, const std::vector<SampledArea>& areas) {
+  for (const PlotRecord& record : table.plots) {
+    const Place place{.file = table.file, .line = record.line, .plot = record.plot};
+    if (!std::isnan(record.share) && record.share != 1.0) {
+      Place of_share = place;
+      of_share.column = "share";
+      throw UsageError(
+          "the column share of the table of plots is not applied to areas of `plot_area`, `window` "
+          "or `circle`; give the areas in the table instead",
+          of_share);
+    }
+    const auto area = std::ranges::find(areas, record.plot, &SampledArea::name);
+    const double area_m2 = recorded_area_m2(record, 1, table.file);
+    if (area == areas.end() || std::isnan(area_m2) || is_same_area(area_m2, area->area_m2)) {
+      continue;
+    }
+    throw InputError(
+        fmt::format("the plot has {:.6g} m2 in the table of plots, and {:.6g} m2 by `plot_area`, "
+                    "`window` or `circle`; omit one of them",
+                    area_m2,
+                    area->area_m2),
+        place);
+  }
 }
 
 }  // namespace silvafit::stand

@@ -6,8 +6,10 @@
 #include <cstddef>
 #include <numbers>
 #include <string>
+#include <vector>
 
 #include "silvafit/stand/plot_table.hpp"
+#include "silvafit/stand/plot_windows.hpp"
 
 namespace silvafit::stand {
 
@@ -26,5 +28,10 @@ inline bool is_same_area(double left_m2, double right_m2) {
 /// The area of a whole plot by its area, radius or expansion factor; NaN if it has none.
 /// \throws InputError if these do not agree
 double recorded_area_m2(const PlotRecord& record, std::size_t subplots, const std::string& file);
+
+/// Checks a table of plots beside areas that are given otherwise, by `plot_area` or windows.
+/// \throws UsageError if it has shares, which are not applied to these; InputError if it has
+///   another area for a plot
+void check_table_beside_areas(const PlotTable& table, const std::vector<SampledArea>& areas);
 
 }  // namespace silvafit::stand

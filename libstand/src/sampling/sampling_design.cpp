@@ -59,7 +59,8 @@ void SampleMaker::join() {
     if (code != data::TextColumn::kMissingCode) records_[code] = &record;
     if (seen.insert(record.plot).second) continue;
     throw InputError(
-        "the plot is listed for two dates; select one measurement, for example with `plots_sql`",
+        "the plot is listed twice; the table of plots needs one row for each plot (of a database, "
+        "`plots_sql` selects them)",
         {.file = design_.plots->file, .line = record.line, .column = "plot", .plot = record.plot});
   }
   note_unmatched();

@@ -445,7 +445,7 @@ TEST_CASE("A table of plots is checked") {
   CHECK(plots_of("plot,year,area\n1,2019,400\n1,2024,400\n").plots.size() == 2);
   CHECK_THROWS_WITH(sample_of(without_positions({{.dbh_cm = 20}}),
                               {.plots = plots_of("plot,year,area\n1,2019,400\n1,2024,400\n")}),
-                    Contains("two dates"));
+                    Contains("listed twice"));
 }
 
 TEST_CASE("Columns of a table of plots that are named replace others with the same meaning") {

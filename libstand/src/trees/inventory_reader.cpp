@@ -308,6 +308,7 @@ void InventoryReader::find_plot_lines() {
 void InventoryReader::describe_table() {
   Inventory& inventory = result_.inventory;
   result_.notes = notes();
+  refuse_overlaid_maps();
   find_divided_plots();
   std::string similar_plots = describe_similar_labels(inventory.plot);
   if (!similar_plots.empty()) result_.notes.push_back(std::move(similar_plots));

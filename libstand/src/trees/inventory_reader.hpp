@@ -123,6 +123,7 @@ class InventoryReader {
   void number_stems();
   void compare_trees();
   void count_equal_rows();
+  void refuse_overlaid_maps() const;
   void compare_measurements();
   void refuse_unknown_visits() const;
   void explain_shared_numbers();

@@ -123,6 +123,25 @@ TEST_CASE("plots in several places of a file are named by the column that tells 
   CHECK_FALSE(has_note(again, "plot label"));
 }
 
+TEST_CASE("maps with an origin of their own are not one map") {
+  std::string text = "unit,tree,x,y,dbh\n";
+  for (int unit = 1; unit <= 2; ++unit) {
+    for (int tree = 1; tree <= 12; ++tree) {
+      text +=
+          fmt::format("{},{},{},{},{}\n", unit, 100 * unit + tree, tree, tree * tree, 10 + tree);
+    }
+  }
+  CHECK_THROWS_WITH(
+      read_inventory_text(text),
+      Contains("12 positions have several trees, which the column unit tells apart") &&
+          Contains("`columns=plot=unit`"));
+  CHECK(trees_in(text, {.trust_units = true}) == 24);
+  // A few stools, whose stems a column tells apart by chance.
+  const CheckedInventory stools = read_inventory_text(
+      "quality,tree,x,y,dbh\n1,1,1,1,20\n2,2,1,1,21\n1,3,4,9,22\n2,4,4,9,23\n1,5,7,2,24\n");
+  CHECK(stools.inventory.size() == 5);
+}
+
 TEST_CASE("labels that a spreadsheet has shortened are refused") {
   for (const char* const header : {"plot,tree,dbh", "tree,plot,dbh"}) {
     CHECK_THROWS_WITH(

@@ -198,6 +198,11 @@ PlotWindows plot_windows(const Inventory& inventory,
                          SearchScope scope,
                          AssumedWindow assumed,
                          bool may_lack) {
+  if (!inventory.has_coordinates()) {
+    throw UsageError(
+        "windows need the positions of trees, and the inventory has no x and y; give `plot_area`",
+        {.file = inventory.file, .column = "`window`"});
+  }
   PlotWindows result;
   result.domain_of_plot.resize(inventory.plot.levels().size());
   result.is_assumed = given.empty() && !may_lack;

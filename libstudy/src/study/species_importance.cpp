@@ -32,6 +32,10 @@ std::vector<stand::SampledArea> areas_of(const StudyRecord& record) {
   const stand::Inventory& inventory = record.inventory.inventory;
   if (record.sample) return record.sample->areas;
   std::vector<stand::SampledArea> areas;
+  if (record.stand) {
+    for (const stand::AreaReport& report : record.stand->areas) areas.push_back(report.area);
+    return areas;
+  }
   if (record.units) areas = stand::sampled_areas(inventory, record.units->windows, {});
   return areas.empty() ? stand::plots_of_unknown_area(inventory) : areas;
 }

@@ -13,6 +13,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/base/words.hpp"
 #include "silvafit/data/checked_columns.hpp"
 #include "silvafit/data/column_reference.hpp"
 #include "silvafit/data/csv.hpp"
@@ -88,6 +89,7 @@ class TableReader {
   void leave_out_sums();
   void describe_unread();
   Names columns_of_labels() const;
+  void leave_out_remains();
   void read_status();
   void describe_labels();
   /// The column of the table for one of our columns.
@@ -239,6 +241,26 @@ std::string_view remains_of(stand::TreeStatus status) {
   if (status == stand::TreeStatus::kDead) return "snag";
   if (status == stand::TreeStatus::kGone) return "stump";
   return status == stand::TreeStatus::kFallen ? "log" : "living";
+}
+
+/// Trees of which a column says that only a snag, a stump or a log is left are not drawn as living.
+void TableReader::leave_out_remains() {
+  data::Table& table = result_.table;
+  const bool is_read = wishes_.wants_all && wishes_.leaves_out_dead && table.has("remains") &&
+                       !table.is_numeric("remains");
+  if (!is_read || wishes_.options.dead == stand::DeadTrees::kInclude) return;
+  const data::TextColumn& remains = table.text("remains");
+  std::vector<std::size_t> living;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    if (remains.is_missing(row) || in_lower_case(remains[row]) == "living") living.push_back(row);
+  }
+  if (living.size() == table.rows()) return;
+  note(fmt::format("{} by the column remains and {} skipped",
+                   counted(table.rows() - living.size(),
+                           "row is a snag, a stump or a log",
+                           "rows are snags, stumps or logs"),
+                   table.rows() - living.size() == 1 ? "is" : "are"));
+  table = table.select(living);
 }
 
 /// Excludes the trees that are dead or cut, or notes that they are used.
@@ -457,6 +479,7 @@ TableReader::Result TableReader::read() {
   if (!wishes_.keeps_spellings) unify_spellings();
   // The last visit of a plot may have found dead trees only.
   resolve_repeated_rows(RepeatedRows::kOneOfEachTree);
+  leave_out_remains();
   read_status();
   leave_out_sums();
   describe_unread();

@@ -97,6 +97,20 @@ TEST_CASE("each species of the map has a preset, whatever name is used") {
   }
 }
 
+TEST_CASE("names are found without regard to capitals, accents and the type of a code") {
+  const SpeciesMap& map = test::shipped_builders().species();
+  for (const char* const spruce : {"Épicéa", "EPICEA", "épicéa commun", "abeto rojo", "云杉"}) {
+    INFO(spruce);
+    REQUIRE(map.find(spruce) != nullptr);
+    CHECK(map.find(spruce)->preset == "picea-abies");
+  }
+  REQUIRE(map.find("131.0") != nullptr);
+  CHECK(map.find("131.0")->latin == "Pinus taeda");
+  CHECK(map.find("0.0") == nullptr);
+  REQUIRE(map.find("CHÊNE VERT") != nullptr);
+  CHECK(map.find("CHÊNE VERT")->latin == "Quercus ilex");
+}
+
 TEST_CASE("the season changes leaves only, and no measurement") {
   std::set<std::string> bare;
   for (const BuilderKind kind : all_values<BuilderKind>()) {

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "catalogue/preset_head.hpp"
+#include "silvafit/base/folded_text.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -17,13 +18,18 @@ std::vector<std::string> split_names(const std::string& text) {
   return names;
 }
 
-/// In lower case, with blanks for underscores, and a code without leading zeros.
+/// In lower case and without accents, with blanks for underscores; a code as a whole number without
+/// leading zeros.
 std::string plain_name(std::string_view name) {
-  std::string plain = lower_case(name);
+  std::string plain = folded(name);
   std::ranges::replace(plain, '_', ' ');
-  const bool is_code = plain.find_first_not_of("0123456789") == std::string::npos;
-  if (is_code) plain.erase(0, plain.find_first_not_of('0'));
-  return plain;
+  std::string_view digits = plain;
+  if (digits.ends_with(".0")) digits.remove_suffix(2);
+  const bool is_code =
+      !digits.empty() && digits.find_first_not_of("0123456789") == std::string::npos;
+  if (!is_code) return plain;
+  digits.remove_prefix(std::min(digits.find_first_not_of('0'), digits.size()));
+  return std::string(digits);
 }
 
 }  // namespace
@@ -49,8 +55,10 @@ SpeciesMap SpeciesMap::load(const std::filesystem::path& models) {
     names.push_back(species.latin);
     if (!species.fia.empty()) names.push_back(species.fia);
     for (const std::string& name : names) {
-      const bool is_new = map.by_name_.emplace(lower_case(name), map.species_.size()).second;
-      if (!is_new) row.fail("has a name that another row has: " + name);
+      // Spellings of one species, bjørk and björk, may be the same.
+      const std::size_t own = map.species_.size();
+      const bool is_own = map.by_name_.emplace(folded(name), own).first->second == own;
+      if (!is_own) row.fail("has a name that another row has: " + name);
     }
     map.species_.push_back(species);
   }

@@ -230,9 +230,10 @@ bool has_normal_map(const MeshPart& part, bool is_packed) {
 }
 
 std::array<std::size_t, 2> texture_steps(const Texture& texture) {
-  if (texture.pictures > 0) return {texture.pictures, texture.pictures};
-  // Whole numbers for rings of 3, 4, 6 and 12 sides, so that a byte holds their differences.
+  // Whole numbers for rings of 3, 4, 6 and 12 sides, and for cards that bend in as many rows, so
+  // that a byte holds their differences.
   constexpr std::size_t kAround = 12;
+  if (texture.pictures > 0) return {kAround * texture.pictures, kAround * texture.pictures};
   constexpr std::size_t kAlong = 16;
   return {kAround, kAlong};
 }

@@ -64,10 +64,9 @@ double quantization_step_m(const std::vector<const MeshPart*>& parts);
 /// a fifth of their size.
 bool has_normal_map(const MeshPart& part, bool is_packed);
 
-/// Texture coordinates of packed files are counted in these steps: pictures of an atlas, or parts
-/// of bark that are small beside the picture.
-/// \returns the number of steps across and down the
-/// texture
+/// Texture coordinates of packed files are counted in these steps: twelfths of the pictures of an
+/// atlas, or parts of bark that are small beside the picture.
+/// \returns the number of steps across and down the texture
 std::array<std::size_t, 2> texture_steps(const Texture& texture);
 
 PackedPart pack(const MeshPart& part, const PackOptions& options);

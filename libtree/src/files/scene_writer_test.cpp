@@ -177,6 +177,33 @@ TEST_CASE("quantized and packed trees have their measurements to the quantizatio
   CHECK(fs::file_size(folder / "quantized.glb") < fs::file_size(folder / "plain.glb"));
 }
 
+TEST_CASE("quantized cards show the same places of their pictures") {
+  const Folder folder("silvafit-cards-test");
+  Morphology beech = test::paper_tree_1();
+  beech.species = "Fagus sylvatica";
+  const SceneTree tree =
+      grow_tree(beech, test::shipped_presets().named("fagus"), {.mesh = {.textured = true}});
+  const auto scene_with = [&](SceneOptions options, const char* name) {
+    const auto writer = open_scene(folder / name, SceneFormat::kGlb, options);
+    writer->add_tree(tree);
+    writer->finish();
+    return read_scene(folder / name);
+  };
+  const ReadScene plain = scene_with({}, "plain.glb");
+  const ReadScene quantized = scene_with({.quantize = true}, "quantized.glb");
+  std::size_t cards = 0;
+  for (std::size_t p = 0; p < plain.models[0].parts.size(); ++p) {
+    if (plain.models[0].parts[p].part != part_name(PartKind::kFoliage)) continue;
+    const std::vector<float>& uvs = plain.models[0].parts[p].mesh.uvs;
+    REQUIRE(quantized.models[0].parts[p].mesh.uvs.size() == uvs.size());
+    for (std::size_t i = 0; i < uvs.size(); ++i) {
+      REQUIRE(quantized.models[0].parts[p].mesh.uvs[i] == Approx(uvs[i]).margin(1e-5));
+    }
+    cards += uvs.size() / 2;
+  }
+  CHECK(cards > 100);
+}
+
 TEST_CASE("joined wood has all triangles of stem and branches, in one part") {
   for (const bool textured : {false, true}) {
     const Preset& fir = test::shipped_presets().named("cunninghamia-lanceolata");

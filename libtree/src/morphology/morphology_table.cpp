@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -184,6 +185,22 @@ std::string missing_label(const Sources& from, std::size_t row) {
   return from.tree[row].empty() ? "tree" : "";
 }
 
+/// None if one of the four is not known, or all are 0, which is a code of missing ones. A crown
+/// that ends at the stem on one side reaches as far as the accuracy of the mesh.
+std::optional<CrownRadii> radii_of(const Sources& from, std::size_t row) {
+  constexpr double kAtStem = 0.01;
+  const std::array columns{&from.east, &from.west, &from.south, &from.north};
+  std::array<double, 4> radii{};
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const auto radius = value_if_known(*columns[i], row);
+    if (!radius) return std::nullopt;
+    radii[i] = *radius;
+  }
+  if (std::ranges::count(radii, 0.0) == std::ssize(radii)) return std::nullopt;
+  std::ranges::replace(radii, 0.0, kAtStem);
+  return CrownRadii{radii[0], radii[1], radii[2], radii[3]};
+}
+
 Morphology morphology_of(const Sources& from, std::size_t row, bool needs_position) {
   Morphology tree;
   tree.plot = from.plot[row];
@@ -205,11 +222,7 @@ Morphology morphology_of(const Sources& from, std::size_t row, bool needs_positi
                .branch_angle_deg = value_if_known(from.branch_angle, row)};
   if (from.remains) tree.remains = remains_of((*from.remains)[row]).value_or(Remains::kAll);
   if (tree.remains == Remains::kSnag) tree.decay_class = value_if_known(from.decay, row);
-  const auto east = value_if_known(from.east, row);
-  const auto west = value_if_known(from.west, row);
-  const auto south = value_if_known(from.south, row);
-  const auto north = value_if_known(from.north, row);
-  if (east && west && south && north) tree.radii = CrownRadii{*east, *west, *south, *north};
+  tree.radii = radii_of(from, row);
   return tree;
 }
 

@@ -75,6 +75,19 @@ TEST_CASE("positions are not needed for single trees") {
   CHECK_THROWS_AS(read_morphologies(table_of(kInventory), {.plots = {"3"}}), InputError);
 }
 
+TEST_CASE("a crown may end at the stem on one side, and four radii of 0 are missing") {
+  const MorphologyTable read =
+      read_morphologies(table_of("plot,tree,species,x,y,dbh,h,hcb,cw,cr_e,cr_w,cr_s,cr_n\n"
+                                 "1,1,A,0,0,20,15,5,4,3,0,2,2\n1,2,A,0,5,20,15,5,4,0,0,0,0\n"),
+                        {});
+  REQUIRE(read.morphologies.size() == 2);
+  REQUIRE(read.morphologies[0].radii);
+  CHECK(read.morphologies[0].radii->east_m == 3.0);
+  CHECK(read.morphologies[0].radii->west_m == 0.01);
+  CHECK_FALSE(read.morphologies[1].radii);
+  CHECK(read.morphologies[1].cw_m == 4.0);
+}
+
 TEST_CASE("unfitted trees need no column but plot, tree and h") {
   const MorphologyTable read = read_morphologies(
       table_of("plot,tree,h,dbh\n1,1,12.5,unknown\n1,2,1.2,3\n1,3,,4\n"), {.only_height = true});
