@@ -19,6 +19,14 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Kind = Correlation::Kind;
 
+/// A range that is so many times the largest distance is without bound.
+constexpr double kFar = 50.0;
+/// The logarithm of the longest range in units. At longer ones correlations differ from 1 by
+/// rounding errors, and a search would go on without end.
+constexpr double kLongest = 18.4;  // 1e8
+
+double bounded(double log_range) { return std::min(log_range, kLongest); }
+
 double logistic(double x) { return 1.0 / (1.0 + std::exp(-x)); }
 double logit(double share) { return std::log(share / (1.0 - share)); }
 
@@ -85,17 +93,19 @@ std::vector<VectorXd> CorrelationStructure::starts() const {
       }
       return result;
     default: {
-      // Ranges from that of independent rows to that of the whole extent.
+      // Ranges from that of independent rows to that of the whole extent, and one without bound.
       const double top = std::log(std::max(2.0, scale_.farthest / scale_.unit));
       // A factor of two; a linear correlation may have a maximum between any two distances of rows.
       const double step = correlation_.kind == Kind::kLinear ? 0.1 : 0.7;
-      for (double at = std::log(0.25); at < top + step; at += step) {
-        for (const double nugget : {0.1, 0.5}) {
-          result.push_back(VectorXd::Constant(m, at));
+      const auto add = [&](double log_range) {
+        for (const double nugget : {0.001, 0.1, 0.5}) {
+          result.push_back(VectorXd::Constant(m, log_range));
           if (m == 1) break;
           result.back()[1] = logit(nugget);
         }
-      }
+      };
+      for (double at = std::log(0.25); at < top + step; at += step) add(at);
+      add(std::log(2.0 * kFar * scale_.farthest / scale_.unit));
       return result;
     }
   }
@@ -108,7 +118,7 @@ VectorXd CorrelationStructure::natural(const VectorXd& parameters) const {
       result[0] = std::tanh(0.5 * parameters[0]);
       return result;
     case Kind::kCar1:
-      result[0] = std::exp(-std::exp(-parameters[0]) / scale_.unit);
+      result[0] = std::exp(-std::exp(-bounded(parameters[0])) / scale_.unit);
       return result;
     case Kind::kArma:
       return arma_coefficients(correlation_, parameters);
@@ -120,7 +130,7 @@ VectorXd CorrelationStructure::natural(const VectorXd& parameters) const {
     case Kind::kSymmetric:
       return symmetric_correlations(std::ssize(scale_.times), parameters);
     default:
-      result[0] = scale_.unit * std::exp(parameters[0]);
+      result[0] = scale_.unit * std::exp(bounded(parameters[0]));
       if (correlation_.has_nugget) result[1] = logistic(parameters[1]);
       return result;
   }
@@ -151,10 +161,16 @@ VectorXd CorrelationStructure::unconstrained(const VectorXd& natural) const {
   }
 }
 
+bool CorrelationStructure::has_range() const {
+  return correlation_.kind == Kind::kCar1 || correlation_.kind >= Kind::kExponential;
+}
+
+bool CorrelationStructure::has_unbounded_range(const VectorXd& parameters) const {
+  return has_range() && scale_.unit * std::exp(parameters[0]) > kFar * scale_.farthest;
+}
+
 VectorXd CorrelationStructure::lifted(VectorXd parameters) const {
-  const bool has_range =
-      correlation_.kind == Kind::kCar1 || correlation_.kind >= Kind::kExponential;
-  if (!has_range) return parameters;
+  if (!has_range()) return parameters;
   // At a smaller range than this, or a logit beyond it, correlations change by less than a
   // millionth.
   constexpr double kMillionth = 13.8;
@@ -214,7 +230,10 @@ std::unique_ptr<PairCorrelation> CorrelationStructure::at(const VectorXd& parame
     case Kind::kAr1:
       return first_order(value[0], 0.5 * (1.0 - value[0] * value[0]));
     case Kind::kCar1:
-      return by_distance(Kind::kExponential, scale_.unit * std::exp(parameters[0]), kNaN);
+      return by_distance(Kind::kExponential,
+                         scale_.unit * std::exp(bounded(parameters[0])),
+                         kNaN,
+                         parameters[0] < kLongest);
     case Kind::kArma:
       return moving_average(correlation_, parameters, std::lround(scale_.farthest));
     case Kind::kCompoundSymmetry:
@@ -222,7 +241,10 @@ std::unique_ptr<PairCorrelation> CorrelationStructure::at(const VectorXd& parame
     case Kind::kSymmetric:
       return symmetric(std::ssize(scale_.times), parameters);
     default:
-      return by_distance(correlation_.kind, value[0], correlation_.has_nugget ? value[1] : kNaN);
+      return by_distance(correlation_.kind,
+                         value[0],
+                         correlation_.has_nugget ? value[1] : kNaN,
+                         parameters[0] < kLongest);
   }
 }
 

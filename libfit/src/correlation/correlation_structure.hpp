@@ -45,6 +45,10 @@ class CorrelationStructure {
   /// Points where a search can begin; the first is that of nearly independent rows.
   std::vector<Eigen::VectorXd> starts() const;
 
+  /// Whether the range is so far above all distances that it is without bound: the likelihood is
+  /// flat there.
+  bool has_unbounded_range(const Eigen::VectorXd& parameters) const;
+
   /// Parameters away from a range, or a nugget, of 0 or a nugget of 1, where the likelihood has no
   /// slope.
   Eigen::VectorXd lifted(Eigen::VectorXd parameters) const;
@@ -72,6 +76,9 @@ class CorrelationStructure {
                                             const PairCorrelation& of) const;
 
  private:
+  /// Whether the first parameter is the logarithm of a range, in units.
+  bool has_range() const;
+
   Correlation correlation_;
   CorrelationScale scale_;
   std::vector<std::string> names_;

@@ -46,8 +46,8 @@ class FirstOrder : public PairCorrelation {
 
 class ByDistance : public PairCorrelation {
  public:
-  ByDistance(Kind kind, double range, double nugget)
-      : kind_(kind), range_(range), nugget_(nugget) {}
+  ByDistance(Kind kind, double range, double nugget, bool is_free)
+      : kind_(kind), range_(range), nugget_(nugget), is_free_(is_free) {}
 
   double between(double distance, double, double, double* slopes) const override {
     const double h = distance / range_;
@@ -80,7 +80,7 @@ class ByDistance : public PairCorrelation {
     }
     const double share = std::isnan(nugget_) ? 1.0 : 1.0 - nugget_;
     if (slopes != nullptr) {
-      slopes[0] = share * by_log_range;
+      slopes[0] = is_free_ ? share * by_log_range : 0.0;
       if (!std::isnan(nugget_)) slopes[1] = -nugget_ * share * value;
     }
     return share * value;
@@ -90,6 +90,7 @@ class ByDistance : public PairCorrelation {
   Kind kind_;
   double range_;
   double nugget_;
+  bool is_free_;
 };
 
 class CompoundSymmetry : public PairCorrelation {
@@ -289,8 +290,8 @@ std::unique_ptr<PairCorrelation> first_order(double phi, double by_parameter) {
   return std::make_unique<FirstOrder>(phi, by_parameter);
 }
 
-std::unique_ptr<PairCorrelation> by_distance(Kind kind, double range, double nugget) {
-  return std::make_unique<ByDistance>(kind, range, nugget);
+std::unique_ptr<PairCorrelation> by_distance(Kind kind, double range, double nugget, bool is_free) {
+  return std::make_unique<ByDistance>(kind, range, nugget, is_free);
 }
 
 std::unique_ptr<PairCorrelation> compound_symmetry(double rho, double low) {

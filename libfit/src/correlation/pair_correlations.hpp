@@ -12,7 +12,11 @@ namespace silvafit::fit {
 std::unique_ptr<PairCorrelation> first_order(double phi, double by_parameter);
 /// exp(-d/range) and the other functions of d/range, with a nugget between 0 and 1, NaN for none.
 /// The parameters are the logarithm of the range and the logit of the nugget.
-std::unique_ptr<PairCorrelation> by_distance(Correlation::Kind kind, double range, double nugget);
+/// \param is_free  whether the range moves with its parameter
+std::unique_ptr<PairCorrelation> by_distance(Correlation::Kind kind,
+                                             double range,
+                                             double nugget,
+                                             bool is_free);
 /// \param low  the lower limit of rho
 std::unique_ptr<PairCorrelation> compound_symmetry(double rho, double low);
 /// \param parameters  (p + q) Fisher's z, doubled, of partial autocorrelations

@@ -598,3 +598,50 @@ TEST_CASE("The optimum of car1 does not depend on the order of rows and strata")
     CHECK(fit.log_likelihood == Approx(-109.1702557).margin(1e-5));
   }
 }
+
+TEST_CASE("A range without bound leaves the likelihood of all methods without a maximum") {
+  // The limit of an exponential correlation with a nugget is compound symmetry:
+  // gls(h ~ z, d, correlation = corCompSymm(form = ~ 1 | plot), method = "ML") of nlme 3.1-162.
+  constexpr double kCompoundSymmetry = -82.9961226374;
+  constexpr double kNugget = 1.0 - 0.410122538;
+  const data::Table table = simulated_trees(8, 6, 0.001, 0.0, 3);
+  for (const auto& [method, correlation, random] :
+       {std::tuple{fit::Method::kGeneralized, "exponential(x, y | plot; nugget)", ""},
+        std::tuple{fit::Method::kLindstromBates, "exponential(x, y; nugget)", "b | plot"},
+        std::tuple{fit::Method::kInteraction, "exponential(x, y; nugget)", "b | plot"}}) {
+    const fit::FittedModel fit =
+        fit::fit_model(
+            fit::specify_model(
+                {.formula = "h ~ a + b*z", .random = random, .correlation = correlation}, table),
+            table,
+            {.method = method})
+            .fit;
+    INFO(correlation << ": " << fit.convergence.verdict());
+    CHECK(fit.convergence.status == fit::ConvergenceStatus::kNoMaximum);
+    CHECK_FALSE(fit.convergence.verdict().find("grows without bound") == std::string::npos);
+    // At the longest range of the search, 1e8 typical distances, correlations are 1 - 1e-8.
+    CHECK(fit.log_likelihood == Approx(kCompoundSymmetry).margin(1e-7));
+    CHECK(fit.variance.correlation->values[1] == Approx(kNugget).epsilon(1e-5));
+  }
+}
+
+TEST_CASE("Steep powers of a variance are found beside ar1, in any order of rows") {
+  // The highest of the optima that gls(h ~ z, d, correlation = corAR1(form = ~ t | plot), weights =
+  // varConstPower(form = ~ z), method = "ML") of nlme 3.1-162 finds from six starts; that from
+  // nlme's own start is lower by 0.06 and 0.25.
+  for (const auto& [seed, log_likelihood, delta] :
+       {std::tuple(3, -72.986564996, 6.18445), std::tuple(12, -74.392430283, 7.3992)}) {
+    const data::Table table = simulated_trees(6, 8, 0.0, 0.6, static_cast<std::uint64_t>(seed));
+    std::vector<std::size_t> order(table.rows());
+    std::iota(order.begin(), order.end(), 0);
+    for (const std::size_t turn : {0, 17}) {
+      std::ranges::rotate(order, order.begin() + static_cast<std::ptrdiff_t>(turn));
+      const fit::FittedModel fit =
+          correlated_fit(table.select(order), "ar1(t | plot)", "", "constant-plus-power(z)").fit;
+      CAPTURE(seed, turn, fit.convergence.verdict());
+      CHECK(fit.convergence.converged());
+      CHECK(fit.log_likelihood == Approx(log_likelihood).margin(1e-8));
+      CHECK(fit.variance.factors[0].delta[0] == Approx(delta).epsilon(1e-5));
+    }
+  }
+}

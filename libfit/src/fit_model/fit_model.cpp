@@ -222,6 +222,29 @@ MixedEffectsFit fit_mixed(const NonlinearModel& model,
                           Method method,
                           const FitModelOptions& options);
 
+/// The better of two ends. If the range of the other one's correlation is without bound and its
+/// likelihood is higher, a doubt says so.
+MixedEffectsFit better_of(const NonlinearModel& model, MixedEffectsFit fit, MixedEffectsFit other) {
+  const auto is_limit = [&](const MixedEffectsFit& end) {
+    return !end.convergence.converged() &&
+           (has_unbounded_range(model, end) || has_unbounded_power(model, end));
+  };
+  const auto is_end = [&](const MixedEffectsFit& end) {
+    return end.convergence.converged() || is_limit(end);
+  };
+  const auto value = [&](const MixedEffectsFit& end) {
+    return compared(end.log_likelihood, is_limit(end));
+  };
+  const bool is_better =
+      is_end(fit) == is_end(other) ? value(other) > value(fit) + kHigher : is_end(other);
+  if (is_better) std::swap(fit, other);
+  if (has_unbounded_range(model, other)) note_unbounded_range(other.log_likelihood, fit);
+  for (const Finding& finding : other.convergence.findings) {
+    if (finding.kind == Finding::Kind::kRangeDoubt) note_unbounded_range(finding.values[0], fit);
+  }
+  return fit;
+}
+
 /// With correlated residuals: from the pooled fit, for a marginal likelihood by lb first, and from
 /// the optimum with independent residuals.
 MixedEffectsFit fit_correlated(const NonlinearModel& model,
@@ -246,9 +269,7 @@ MixedEffectsFit fit_correlated(const NonlinearModel& model,
   std::optional<MixedEffectsFit> other = by_likelihood
                                              ? refit_marginal(model, independent, method, search)
                                              : refit_lindstrom_bates(model, independent, search);
-  const bool is_better = other && (!fit.convergence.converged() ||
-                                   other->log_likelihood > fit.log_likelihood + kHigher);
-  return is_better ? *std::move(other) : fit;
+  return other ? better_of(model, std::move(fit), *std::move(other)) : fit;
 }
 
 /// The fit with the roles of coefficients that the start values or bounds say.

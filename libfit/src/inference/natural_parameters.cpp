@@ -138,9 +138,8 @@ VectorXd log_sigma_slopes(const SurfaceLayout& layout,
 }
 
 /// The angle of constant-plus-power at which it has a constant.
-double angle_of(double constant, double typical, double delta) {
-  if (std::isinf(constant)) return 0.5 * std::numbers::pi;
-  return std::atan(std::sqrt(constant / std::pow(typical, delta)));
+double angle_of(double constant, const TypicalValue& typical, double delta) {
+  return std::atan(std::exp(0.5 * (std::log(constant) - typical.log_power(delta))));
 }
 
 std::string effect_name(const std::string& names, const std::string& group) {
@@ -235,7 +234,7 @@ void add_variance(const SurfaceSetting& setting,
         parameter.name = "constant";
         const bool is_square = quantity.strata >= 0 || factor.delta;
         parameter.form = is_square ? Form::kSquare : Form::kOdds;
-        parameter.scale = is_square ? 1.0 : setting.variance.typical_value(quantity.factor);
+        parameter.typical = setting.variance.typical_value(quantity.factor);
         if (!is_square) parameter.delta = delta_of(setting.variance, layout, quantity.factor);
       }
       if (is_product) parameter.name += " of " + factor.text();
@@ -317,7 +316,7 @@ double NaturalParameter::value(const SurfaceLayout& layout,
     case Form::kSquare:
       return x[coordinate] * x[coordinate];
     case Form::kOdds:
-      return std::pow(std::tan(x[coordinate]), 2) * std::pow(scale, x[delta]);
+      return std::pow(std::tan(x[coordinate]), 2) * std::exp(typical.log_power(x[delta]));
     case Form::kResidual:
       return residual_correlation(layout, variance, x)[row];
     case Form::kDeviation:
@@ -360,7 +359,7 @@ VectorXd NaturalParameter::hold(const SurfaceLayout& layout,
       x[coordinate] = std::sqrt(value);
       break;
     case Form::kOdds:
-      x[coordinate] = angle_of(value, scale, x[delta]);
+      x[coordinate] = angle_of(value, typical, x[delta]);
       break;
     case Form::kResidual: {
       VectorXd natural = residual_correlation(layout, variance, x);
@@ -462,9 +461,10 @@ VectorXd NaturalParameter::pull_back(const SurfaceLayout& layout,
       result[coordinate] = 0.0;
       break;
     case Form::kOdds: {
-      // angle = atan sqrt(value / v0^delta)
-      const double angle = angle_of(value, scale, free[delta]);
-      result[delta] -= 0.25 * std::sin(2.0 * angle) * std::log(scale) * gradient[coordinate];
+      // angle = atan sqrt(value / P(delta))
+      const double angle = angle_of(value, typical, free[delta]);
+      const double slope = typical.log_power_slope(free[delta]);
+      result[delta] -= 0.25 * std::sin(2.0 * angle) * slope * gradient[coordinate];
       result[coordinate] = 0.0;
       break;
     }

@@ -12,6 +12,7 @@
 #include "likelihood/likelihood_surface.hpp"
 #include "silvafit/fit/derived_quantity.hpp"
 #include "silvafit/fit/parameter_intervals.hpp"
+#include "variance/variance_kind.hpp"
 
 namespace silvafit::fit {
 
@@ -25,7 +26,7 @@ class NaturalParameter {
     kCoordinate,   ///< factor times a coordinate
     kExponential,  ///< exp of a coordinate
     kSquare,       ///< square of a coordinate
-    kOdds,         ///< the constant of constant-plus-power: tan^2 of a coordinate times v0^delta
+    kOdds,         ///< the constant of constant-plus-power: tan^2 of a coordinate times P(delta)
     kDeviation,    ///< length of a row of a factor
     kIdentity,     ///< |factor times a coordinate|: a standard deviation of the identity form
     kCommonDeviation,    ///< of compound symmetry, a function of two coordinates
@@ -43,8 +44,8 @@ class NaturalParameter {
   Eigen::Index other_row = 0;  ///< of kCorrelation; row < other_row
   Eigen::Index coordinate = 0;
   Eigen::Index delta = 0;  ///< of kOdds: the coordinate of delta
-  double scale =
-      1.0;  ///< factor of kCoordinate and of equal deviations, unit of kDeviation, v0 of kOdds
+  double scale = 1.0;      ///< factor of kCoordinate and of equal deviations, unit of kDeviation
+  TypicalValue typical{};  ///< of kOdds
   /// (p) of kCoefficient, and the slopes of kDerived at the estimate; `coordinate` has the largest.
   Eigen::VectorXd weights{};
   /// Of kDerived, with its own names of the coefficients.

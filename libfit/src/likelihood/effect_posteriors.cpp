@@ -257,7 +257,7 @@ std::vector<Index> blocks_of(const NonlinearModel& model) {
 /// The sums of a model at a fit's estimates.
 class SumsAtFit {
  public:
-  SumsAtFit(const NonlinearModel& model, const FittedModel& fit, std::vector<double> typical)
+  SumsAtFit(const NonlinearModel& model, const FittedModel& fit, std::vector<TypicalValue> typical)
       : variance_(model.specification().variance, data_of(model, fit, std::move(typical))),
         sums_(make_group_sums(
             model, variance_, density_of(fit.method), RandomPlaces(model).all, false)) {
@@ -268,7 +268,7 @@ class SumsAtFit {
  private:
   static VarianceData data_of(const NonlinearModel& model,
                               const FittedModel& fit,
-                              std::vector<double> typical) {
+                              std::vector<TypicalValue> typical) {
     const auto& correlation = fit.variance.correlation;
     VarianceData data = VarianceData::of(model, correlation ? &*correlation : nullptr);
     data.typical = std::move(typical);
@@ -393,7 +393,7 @@ void keep_uncertainty(const NonlinearModel& model, FittedModel& fit) {
 EffectPosteriors describe_effects(const NonlinearModel& model,
                                   const FittedModel& fit,
                                   const std::vector<Index>& blocks,
-                                  std::vector<double> typical) {
+                                  std::vector<TypicalValue> typical) {
   const RandomPlaces places(model);
   MatrixXd effects = MatrixXd::Zero(places.r(), model.group_count());
   add_group_effects(model.groups(), places.rows, effects_of(fit), effects);

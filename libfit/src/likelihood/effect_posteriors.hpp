@@ -8,6 +8,7 @@
 #include "silvafit/fit/fitted_model.hpp"
 #include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
+#include "variance/variance_kind.hpp"
 
 namespace silvafit::fit {
 
@@ -66,7 +67,7 @@ void keep_uncertainty(const NonlinearModel& model, FittedModel& fit);
 EffectPosteriors describe_effects(const NonlinearModel& model,
                                   const FittedModel& fit,
                                   const std::vector<Index>& blocks,
-                                  std::vector<double> typical);
+                                  std::vector<TypicalValue> typical);
 
 /// Priors of groups that were not in the fit.
 EffectPriors priors_of_new_groups(const ModelGroups& groups, const FittedModel& fit);

@@ -6,6 +6,7 @@
 
 #include "model/coefficient_frame.hpp"
 #include "silvafit/fit/matrices.hpp"
+#include "variance/variance_kind.hpp"
 
 namespace silvafit::fit {
 
@@ -19,9 +20,9 @@ struct SharedClusters {
   /// First cluster of each block of this rank, and the end of the last; the blocks of rank r come
   /// before those of rank r + 1. One number: this rank has none.
   std::vector<Index> block_begin{0};
-  Index observations = 0;         ///< of all ranks
-  CoefficientFrame frame{};       ///< of the coefficients, from the sample
-  std::vector<double> typical{};  ///< as in VarianceData, from the sample
+  Index observations = 0;               ///< of all ranks
+  CoefficientFrame frame{};             ///< of the coefficients, from the sample
+  std::vector<TypicalValue> typical{};  ///< as in VarianceData, from the sample
 };
 
 /// The sum of the blocks of all ranks, added in order. All ranks must call it.

@@ -10,7 +10,7 @@
 
 #include "model/coefficient_frame.hpp"
 #include "model/symmetric_eigen.hpp"
-#include "optimization/quasi_newton.hpp"
+#include "optimization/tolerances.hpp"
 #include "result/group_coefficients.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/fit/fit_statistics.hpp"
@@ -71,15 +71,6 @@ bool normalized(const VarianceFunction& variance) {
     return kind_of(factor).reads_value() && factor.stratum.empty() && !factor.delta &&
            !factor.constant;
   });
-}
-
-/// The range of a correlation as a share of the farthest distance; 0 of one without a range, whose
-/// first parameter is the logarithm of the range in units.
-double relative_range(const CorrelationStructure& structure, const VectorXd& parameters) {
-  using Kind = Correlation::Kind;
-  const Kind kind = structure.correlation().kind;
-  if (kind != Kind::kCar1 && kind < Kind::kExponential) return 0.0;
-  return structure.scale().unit * std::exp(parameters[0]) / structure.scale().farthest;
 }
 
 // The factor 0.375 is that of nlme's start: random effects explain most of the possible spread.
@@ -260,49 +251,113 @@ LindstromBatesState LindstromBates::start_from(const SmallerVariance& smaller,
 }
 
 bool LindstromBates::has_unbounded_range(const LindstromBatesState& state) const {
-  constexpr double kFar = 50.0;
   return variance_.correlated() != nullptr &&
-         relative_range(variance_.correlated()->structure(),
-                        variance_.correlation_part(variance_parameters(state.theta))) > kFar;
+         variance_.correlated()->structure().has_unbounded_range(
+             variance_.correlation_part(variance_parameters(state.theta)));
 }
 
-std::vector<LindstromBatesState> LindstromBates::with_correlations(
-    const LindstromBatesState& state) {
-  if (variance_.correlated() == nullptr) return {state};
-  // A likelihood by distance has few maxima: at a short range, at a long one, and between.
-  constexpr std::size_t kMost = 3;
-  constexpr double kApart = 1.3;  // a factor of four in a range
-  struct Start {
-    VectorXd theta;
-    VectorXd parameters;
-    double value;
+bool LindstromBates::is_limit(const LindstromBatesOutcome& outcome) {
+  if (!outcome.converged) return false;
+  const bool has_constant =
+      std::ranges::any_of(variance_.quantities(), [](const VarianceModel::Quantity& quantity) {
+        return quantity.kind == VarianceQuantity::kConstant;
+      });
+  return has_unbounded_range(outcome.state) ||
+         (has_constant && has_unbounded_power(model_, result(outcome)));
+}
+
+QuasiNewtonResult LindstromBates::best_theta(const LindstromBatesState& state,
+                                             const QuasiNewtonOptions& options) {
+  Linearization at;
+  if (!linearize(state, nullptr, at)) return {.x = state.theta, .value = kInfinity};
+  const SmoothFunction objective = [&](const VectorXd& theta, VectorXd* by_theta) {
+    const LinearMixedProfile value = profile_near(state, at, theta);
+    if (!value.is_valid) return kInfinity;
+    if (by_theta != nullptr) *by_theta = gradient(theta, value);
+    return value.minus_log_likelihood;
   };
-  std::vector<Start> all;
+  return minimize(objective, state.theta, {}, options);
+}
+
+std::vector<LindstromBates::Start> LindstromBates::ends_of(const LindstromBatesState& state,
+                                                           const std::vector<Start>& starts) {
+  std::vector<Start> ends;
+  for (const Start& start : starts) {
+    const QuasiNewtonResult end = best_theta(with_theta(state, start.theta), kRoughly);
+    if (std::isfinite(end.value) && end.x.allFinite()) ends.push_back({end.x, end.value});
+  }
+  constexpr std::size_t kMost = 5;
+  return lowest(std::move(ends), kMost, 0.0, kVeryStrong);
+}
+
+std::vector<LindstromBates::Start> LindstromBates::variance_ends(const LindstromBatesState& state) {
+  const Index m = variance_.parameter_count();
+  if (m == variance_.correlation_count()) return {};
+  std::vector<Start> starts{{.theta = state.theta}};
+  for (const VectorXd& other : variance_.starts()) {
+    starts.push_back(starts.front());
+    starts.back().theta.tail(m) = other;
+  }
+  // The first one is that of the state, which may know more.
+  starts.erase(starts.begin() + 1);
+  return ends_of(state, starts);
+}
+
+std::vector<LindstromBates::Start> LindstromBates::correlation_starts(
+    const LindstromBatesState& state) {
   // Random effects and residuals of a long range explain the same differences of groups: all of
   // these are with the effects, or nearly all with the residuals.
   constexpr std::array kShares{1.0, 0.1};
+  std::vector<VectorXd> thetas{state.theta};
+  for (Start& end : variance_ends(state)) thetas.push_back(std::move(end.theta));
+  std::vector<Start> result;
   for (const VectorXd& start : variance_.correlated()->structure().starts()) {
-    for (const double share : kShares) {
-      VectorXd theta = state.theta;
-      theta.head(random_parameter_count()) *= share;
-      theta.tail(start.size()) = start;
-      const LindstromBatesState trial = with_theta(state, theta);
-      Linearization at;
-      if (!linearize(trial, nullptr, at)) continue;
-      const LinearMixedProfile value = profile_at(at, theta, false);
-      if (value.is_valid) all.push_back({theta, start, value.minus_log_likelihood});
+    for (const VectorXd& from : thetas) {
+      for (const double share : kShares) {
+        VectorXd theta = from;
+        theta.head(random_parameter_count()) *= share;
+        theta.tail(start.size()) = start;
+        Linearization at;
+        if (!theta.allFinite() || !linearize(with_theta(state, theta), nullptr, at)) continue;
+        const LinearMixedProfile value = profile_at(at, theta, false);
+        if (value.is_valid) result.push_back({theta, value.minus_log_likelihood});
+      }
     }
   }
-  std::ranges::stable_sort(all, {}, &Start::value);
-  std::vector<Start> chosen;
-  for (const Start& start : all) {
-    const bool is_new = std::ranges::none_of(chosen, [&](const Start& other) {
-      return std::abs(start.parameters[0] - other.parameters[0]) < kApart;
+  return result;
+}
+
+std::vector<LindstromBates::Start> LindstromBates::lowest(std::vector<Start> starts,
+                                                          std::size_t most,
+                                                          double apart,
+                                                          double higher) const {
+  std::ranges::stable_sort(starts, {}, &Start::value);
+  const Index last = random_parameter_count() + variance_.parameter_count();
+  const Index range = std::min(last - 1, last - variance_.correlation_count());
+  std::vector<Start> result;
+  for (Start& start : starts) {
+    if (result.size() == most || start.value > starts.front().value + higher) break;
+    const bool is_new = std::ranges::none_of(result, [&](const Start& other) {
+      return std::abs(start.theta[range] - other.theta[range]) < apart ||
+             std::abs(start.value - other.value) < kSameLikelihood;
     });
-    if (is_new && chosen.size() < kMost) chosen.push_back(start);
+    if (is_new) result.push_back(start);
+  }
+  return result;
+}
+
+std::vector<LindstromBatesState> LindstromBates::with_residuals(const LindstromBatesState& state) {
+  // At most so many descents, from ranges that differ by half or more.
+  constexpr std::size_t kDescents = 10;
+  constexpr double kHalf = 0.6;
+  std::vector<Start> ends;
+  if (variance_.correlated() != nullptr) {
+    ends = ends_of(state, lowest(correlation_starts(state), kDescents, kHalf, kInfinity));
+  } else if (variance_.starts().size() > 1) {
+    ends = variance_ends(state);
   }
   std::vector<LindstromBatesState> result;
-  for (const Start& start : chosen) result.push_back(with_theta(state, start.theta));
+  for (const Start& end : ends) result.push_back(with_theta(state, end.theta));
   if (result.empty()) result.push_back(state);
   return result;
 }
@@ -314,19 +369,10 @@ double LindstromBates::log_units() const {
 LindstromBatesState LindstromBates::first_order_start() {
   LindstromBatesState state = start(1.0);
   // The series of the weights is accurate only near its center, which is therefore moved.
-  constexpr int kRounds = 5;
+  constexpr int kMoves = 5;
   constexpr double kNear = 0.1;
-  for (int round = 0; round < kRounds; ++round) {
-    Linearization at;
-    if (!linearize(state, nullptr, at)) break;
-    const SmoothFunction objective = [&](const VectorXd& theta, VectorXd* by_theta) {
-      const LinearMixedProfile value = profile_near(state, at, theta);
-      if (!value.is_valid) return kInfinity;
-      if (by_theta != nullptr) *by_theta = gradient(theta, value);
-      return value.minus_log_likelihood;
-    };
-    const QuasiNewtonResult best =
-        minimize(objective, state.theta, {}, {.maximum_steps = kThetaSteps});
+  for (int move = 0; move < kMoves; ++move) {
+    const QuasiNewtonResult best = best_theta(state, {.maximum_steps = kThetaSteps});
     if (!std::isfinite(best.value) || !best.x.allFinite()) break;
     const VectorXd change = variance_parameters(best.x) - variance_parameters(state.theta);
     state.theta = best.x;

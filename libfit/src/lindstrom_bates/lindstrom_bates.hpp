@@ -13,6 +13,7 @@
 #include "mixed_effects/mixed_effects_evidence.hpp"
 #include "model/relative_factor.hpp"
 #include "model/variance_weights.hpp"
+#include "optimization/quasi_newton.hpp"
 #include "silvafit/fit/matrices.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 
@@ -41,6 +42,7 @@ struct LindstromBatesOutcome {
   double curve_decrement = 0.0;  ///< Newton decrement of the coefficients
   int iterations = 0;
   bool converged = false;
+  bool is_limit = false;  ///< whether it has converged to a range or power without bound
   bool is_valid = false;  ///< false if no finite point was reached
   Obstacle obstacle{};    ///< the reason if it did not converge
 };
@@ -116,11 +118,13 @@ class LindstromBates {
   /// \param factors_of  for each factor of the smaller function, its index in this function
   LindstromBatesState start_from(const SmallerVariance& smaller,
                                  const std::vector<std::size_t>& factors_of);
-  /// The state with the most likely of the structure's starts of the correlation, each at another
-  /// range; the state alone without a correlation. Their likelihood may have several maxima.
-  std::vector<LindstromBatesState> with_correlations(const LindstromBatesState& state);
+  /// The state at the maxima of the linearized likelihood that are reached from all starts of the
+  /// residuals' variance function and correlation; the state alone if there is one start only.
+  std::vector<LindstromBatesState> with_residuals(const LindstromBatesState& state);
   /// Whether the range of the correlation is far above all distances.
   bool has_unbounded_range(const LindstromBatesState& state) const;
+  /// Whether a run has converged to a range, or a power of the variance function, without bound.
+  bool is_limit(const LindstromBatesOutcome& outcome);
   /// A start at a fit of the same model to the same or other data.
   LindstromBatesState start_at(const MixedEffectsFit& fit);
   /// Maximum number of consecutive short steps of penalized least squares (default 6).
@@ -133,17 +137,24 @@ class LindstromBates {
   void set_tolerance(double decrement) { tolerance_ = decrement; }
   /// Alternates until both steps leave the estimates unchanged.
   LindstromBatesOutcome run(LindstromBatesState state, Alternation how);
-  /// If a covariance is singular although the likelihood increases towards the interior, a state
-  /// inside.
+  /// If a covariance is singular, or the correlation at an end of its range, although the
+  /// likelihood is higher in the interior, a state inside.
   bool leave_boundary(const LindstromBatesOutcome& outcome, LindstromBatesState& inside);
   /// The result in the model's own coordinates.
   MixedEffectsFit result(const LindstromBatesOutcome& outcome);
 
  private:
   class Run;
+  bool leave_singular_covariance(const LindstromBatesOutcome& outcome, LindstromBatesState& inside);
+  /// The likelihood has no slope at an end, so that the correlation's starts are tried, and their
+  /// ranges with its other parameters.
+  bool leave_end_of_correlation(const LindstromBatesOutcome& outcome, LindstromBatesState& inside);
   /// Steps of the variance components per iteration: sufficient after the linearization has
   /// converged; more are useless before that.
   static constexpr int kThetaSteps = 30;
+  /// A descent that is sufficient to choose the starts of runs.
+  static constexpr QuasiNewtonOptions kRoughly{
+      .decrement = 1e-5, .maximum_steps = 30, .one_sided = true};
   /// The largest tolerance of penalized least squares.
   static constexpr double kLoosestSquares = 1e-7;
 
@@ -191,6 +202,27 @@ class LindstromBates {
   /// Moves towards the target while the penalized squares decrease; returns the step length
   /// relative to the whole, 0 if none.
   double take_step(LindstromBatesState& state, Linearization& at, const LinearMixedProfile& target);
+  /// Variance components and the linearized likelihood there.
+  struct Start {
+    VectorXd theta{};
+    double value = 0.0;  ///< minus the log-likelihood
+  };
+  /// The lowest ends of short descents from some starts.
+  std::vector<Start> ends_of(const LindstromBatesState& state, const std::vector<Start>& starts);
+  /// Those from the starts of the variance function.
+  std::vector<Start> variance_ends(const LindstromBatesState& state);
+  /// All starts of the correlation around a state, with variance components of the state and
+  /// others.
+  std::vector<Start> correlation_starts(const LindstromBatesState& state);
+  /// The lowest starts, of which no two have the same likelihood, or first parameters of the
+  /// correlation that are near each other.
+  /// \param higher  those higher than the lowest one by more are left out
+  std::vector<Start> lowest(std::vector<Start> starts,
+                            std::size_t most,
+                            double apart,
+                            double higher) const;
+  /// The minimum of the linearized likelihood around a state.
+  QuasiNewtonResult best_theta(const LindstromBatesState& state, const QuasiNewtonOptions& options);
   LinearMixedProfile profile_at(const Linearization& at,
                                 const VectorXd& theta,
                                 bool with_derivatives) const;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "lindstrom_bates/lindstrom_bates.hpp"
+#include "optimization/tolerances.hpp"
 #include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
@@ -52,14 +53,50 @@ LindstromBatesState LindstromBates::start_at(const MixedEffectsFit& fit) {
     state.spherical.push_back(
         spherical_effects(now[t], scaled_values(random_[t], fit.random[t].effects)));
   }
-  return fit.variance.correlation ? state : with_correlations(state).front();
+  const bool is_known = variance_.correlated() == nullptr || fit.variance.correlation;
+  return is_known ? state : with_residuals(state).front();
 }
 
 bool LindstromBates::leave_boundary(const LindstromBatesOutcome& outcome,
                                     LindstromBatesState& inside) {
-  if (random_.empty() || !outcome.is_valid) return false;
+  if (!outcome.is_valid) return false;
   inside = outcome.state;
   adopt_units(inside.scale, inside.mixing);
+  return leave_singular_covariance(outcome, inside) || leave_end_of_correlation(outcome, inside);
+}
+
+bool LindstromBates::leave_end_of_correlation(const LindstromBatesOutcome& outcome,
+                                              LindstromBatesState& inside) {
+  if (variance_.correlated() == nullptr) return false;
+  const CorrelationStructure& structure = variance_.correlated()->structure();
+  const VectorXd now = variance_.correlation_part(variance_parameters(inside.theta));
+  if (!structure.has_unbounded_range(now) && structure.lifted(now) == now) return false;
+  std::vector<VectorXd> others = structure.starts();
+  for (std::size_t k = others.size(); k-- > 0;) {
+    others.push_back(now);
+    others.back()[0] = others[k][0];
+  }
+  Start best{.value = kInfinity};
+  for (const VectorXd& other : others) {
+    if (structure.has_unbounded_range(other)) continue;
+    LindstromBatesState trial = outcome.state;
+    trial.theta.tail(other.size()) = other;
+    Linearization at;
+    if (!linearize(trial, nullptr, at)) continue;
+    const LinearMixedProfile there = profile_at(at, trial.theta, false);
+    if (there.is_valid && there.minus_log_likelihood < best.value)
+      best = {trial.theta, there.minus_log_likelihood};
+  }
+  if (best.theta.size() == 0) return false;
+  const QuasiNewtonResult end = best_theta(with_theta(outcome.state, best.theta), kRoughly);
+  if (!(end.value < -outcome.log_likelihood - kRoundedLikelihood)) return false;
+  inside = with_theta(outcome.state, end.x);
+  return true;
+}
+
+bool LindstromBates::leave_singular_covariance(const LindstromBatesOutcome& outcome,
+                                               LindstromBatesState& inside) {
+  if (random_.empty()) return false;
   const LinearMixedProfile here = profile_at(*outcome.at, inside.theta, true);
   if (!here.is_valid) return false;
   const RelativeFactors now = factors(inside.theta);

@@ -51,14 +51,10 @@ LindstromBatesOutcome run_from(LindstromBates& engine,
 
 bool is_better(const LindstromBatesOutcome& a, const LindstromBatesOutcome& b) {
   if (!a.is_valid || !b.is_valid) return a.is_valid;
-  // A range without bound is an answer, too, if the likelihood is far higher there.
-  const auto is_limit = [](const LindstromBatesOutcome& end, const LindstromBatesOutcome& other) {
-    return end.obstacle.cause == Finding::Kind::kRangeUnbounded &&
-           end.log_likelihood > other.log_likelihood + kDoubtful;
-  };
-  if (is_limit(a, b) || is_limit(b, a)) return is_limit(a, b);
-  if (a.converged != b.converged) return a.converged;
-  return a.log_likelihood > b.log_likelihood + kRoundedLikelihood;
+  const bool is_end = a.converged || a.is_limit;
+  if (is_end != (b.converged || b.is_limit)) return is_end;
+  return compared(a.log_likelihood, a.is_limit) >
+         compared(b.log_likelihood, b.is_limit) + kRoundedLikelihood;
 }
 
 /// The log-likelihood that a fit must reach: that of the pooled fit, unless a held exponent makes
@@ -74,13 +70,10 @@ class Search {
 
   void consider(const LindstromBatesState& start, Alternation how) {
     LindstromBatesOutcome outcome = run_from(engine_, start, how);
-    if (outcome.converged && engine_.has_unbounded_range(outcome.state)) {
-      outcome.converged = false;
-      outcome.obstacle = {.status = ConvergenceStatus::kNoMaximum,
-                          .cause = Finding::Kind::kRangeUnbounded};
+    outcome.is_limit = engine_.is_limit(outcome);
+    if (outcome.is_limit && engine_.has_unbounded_range(outcome.state))
       unbounded_ = std::max(unbounded_, outcome.log_likelihood);
-    }
-    outcome.converged = outcome.converged && outcome.log_likelihood > least_;
+    outcome.converged = outcome.converged && !outcome.is_limit && outcome.log_likelihood > least_;
     if (is_better(outcome, best_)) best_ = std::move(outcome);
   }
 
@@ -221,13 +214,12 @@ LindstromBatesSearch climb_lindstrom_bates(const NonlinearModel& model,
   }
   auto engine = std::make_unique<LindstromBates>(model, pooled, function, options);
   engine->set_tolerance(kTolerance);
+  std::vector<LindstromBatesState> states;
+  if (smaller) states = engine->with_residuals(engine->start_from(*smaller, factors_of));
   engine->set_passes(passes);
   Search search(*engine, least_likelihood(function, pooled));
-  if (smaller) {
-    for (const LindstromBatesState& state :
-         engine->with_correlations(engine->start_from(*smaller, factors_of))) {
-      search.consider(state, Alternation::kInterleaved);
-    }
+  for (const LindstromBatesState& state : states) {
+    search.consider(state, Alternation::kInterleaved);
   }
   const bool is_below = smaller && smaller->converged &&
                         search.best().log_likelihood < smaller->log_likelihood - kHigher;
@@ -312,10 +304,7 @@ MixedEffectsFit fit_lindstrom_bates(const NonlinearModel& model,
   if (!is_valid) fit = failed(model, start, why_no_step(model, start));
   describe(model, fit);
   if (is_valid) judge(model, fit, Rounds::kAlternations, options.reml, obstacle);
-  if (fit.convergence.converged() && unbounded > fit.log_likelihood + kHigher) {
-    fit.convergence.find(
-        {.kind = Finding::Kind::kRangeDoubt, .values = {unbounded, fit.log_likelihood}});
-  }
+  note_unbounded_range(unbounded, fit);
   return fit;
 }
 

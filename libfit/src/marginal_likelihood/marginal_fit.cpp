@@ -179,8 +179,9 @@ MixedEffectsFit fit_marginal_from(const NonlinearModel& model,
   MarginalSearch search(model, method, options, linearized.estimate);
   const bool is_first_order = !needs_curvature(method);
   // With parameters that are not identifiable, the linear model may still be at a maximum.
-  const bool is_at_maximum =
-      linearized.convergence.converged() || linearized.convergence.rank < pooled.size();
+  const bool is_at_maximum = linearized.convergence.converged() ||
+                             linearized.convergence.rank < pooled.size() ||
+                             has_unbounded_range(model, linearized);
   if (is_at_maximum || is_first_order) search.try_fit(linearized);
   std::optional<MixedEffectsFit> smooth;
   if (!search.has_converged() && !is_first_order) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -16,8 +17,10 @@
 #include "mixed_effects/degrees_of_freedom.hpp"
 #include "mixed_effects/expected_information.hpp"
 #include "model/coefficient_frame.hpp"
+#include "model/correlated_rows.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "model/variance_weights.hpp"
+#include "optimization/tolerances.hpp"
 #include "result/group_coefficients.hpp"
 #include "silvafit/base/constants.hpp"
 #include "variance/variance_kind.hpp"
@@ -397,6 +400,32 @@ bool has_diverged(const NonlinearModel& model, const MixedEffectsFit& fit) {
   return !confounded_at(model, fit.estimate).empty() && is_identifiable(model);
 }
 
+bool has_unbounded_range(const NonlinearModel& model, const MixedEffectsFit& fit) {
+  const auto& correlation = fit.variance.correlation;
+  if (!correlation || !correlation->values.allFinite()) return false;
+  const std::shared_ptr<const CorrelatedRows> rows = CorrelatedRows::of(model);
+  const CorrelationStructure& structure = rows->structure();
+  return structure.has_unbounded_range(structure.unconstrained(correlation->values));
+}
+
+bool has_unbounded_power(const NonlinearModel& model, const MixedEffectsFit& fit) {
+  return std::ranges::any_of(fit.variance.factors, [&](const VarianceFactorEstimate& factor) {
+    if (factor.factor.delta || !kind_of(factor.factor).has_constant()) return false;
+    return std::ranges::any_of(power_uses(model, factor, variable_of(model, fit, factor)),
+                               [](const PowerUse& use) { return !std::isnan(use.only_at); });
+  });
+}
+
+double compared(double log_likelihood, bool is_unbounded) {
+  return is_unbounded ? log_likelihood - kDoubtful : log_likelihood;
+}
+
+void note_unbounded_range(double log_likelihood, MixedEffectsFit& fit) {
+  if (!fit.convergence.converged() || !(log_likelihood > fit.log_likelihood + kHigher)) return;
+  fit.convergence.find(
+      {.kind = Finding::Kind::kRangeDoubt, .values = {log_likelihood, fit.log_likelihood}});
+}
+
 void describe(const NonlinearModel& model, MixedEffectsFit& fit) {
   fit.coefficient_names = model.coefficient_names();
   name_terms(model, fit);
@@ -416,7 +445,10 @@ void judge(const NonlinearModel& model,
     fit.convergence.rank = information_rank(slopes.frame, fit);
   const std::vector<Index> loose = find_undetermined(model, slopes, fit);
   const std::vector<std::string> ends = name_boundary(model, slopes, fit);
-  if (fit.convergence.converged()) {
+  if (has_unbounded_range(model, fit)) {
+    fit.convergence.conclude(ConvergenceStatus::kNoMaximum,
+                             {.kind = Finding::Kind::kRangeUnbounded});
+  } else if (fit.convergence.converged()) {
     note_success(model, loose, rounds, ends, fit);
   } else {
     note_failure(model, rounds, obstacle, fit);

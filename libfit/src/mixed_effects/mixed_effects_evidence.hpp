@@ -23,6 +23,18 @@ enum class Rounds { kAlternations, kEvaluations };
 /// identifiable elsewhere. The likelihood is flat there, so that the point seems to be a maximum.
 bool has_diverged(const NonlinearModel& model, const MixedEffectsFit& fit);
 
+/// Whether a fit has ended at a range of its correlation that is without bound.
+bool has_unbounded_range(const NonlinearModel& model, const MixedEffectsFit& fit);
+/// Records that the likelihood is higher with a range without bound.
+/// \param log_likelihood  there
+void note_unbounded_range(double log_likelihood, MixedEffectsFit& fit);
+/// Whether a power of its variance function is larger without bound, for the observations with one
+/// value only.
+bool has_unbounded_power(const NonlinearModel& model, const MixedEffectsFit& fit);
+/// The log-likelihood by which the ends of searches are compared: a range or power without bound is
+/// the answer only if the likelihood is far higher there.
+double compared(double log_likelihood, bool is_unbounded);
+
 /// Sets names, labels and the degrees of freedom of the t tests.
 void describe(const NonlinearModel& model, MixedEffectsFit& fit);
 

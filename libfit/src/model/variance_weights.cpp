@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -57,9 +58,9 @@ class VarianceModel::FactorTerms : public LogScaleTerms {
   }
 
   Expression logarithm() override {
-    const Expression smallest = Expression::constant(kSmallestShare * typical());
+    const Expression smallest = Expression::constant(kSmallestShare * typical().middle);
     const Expression result = filled("log(max(abs(v), f))", {{"f", smallest}, {"v", value()}});
-    return result - Expression::constant(is_plain() ? 0.0 : std::log(typical()));
+    return result - Expression::constant(is_plain() ? 0.0 : std::log(typical().middle));
   }
 
   Expression estimated(VarianceQuantity kind, double start, double at_constant) override {
@@ -153,6 +154,26 @@ VectorXd VarianceModel::start() const {
   return parameters;
 }
 
+std::vector<VectorXd> VarianceModel::starts() const {
+  // The powers of the largest and smallest value differ by these factors.
+  constexpr std::array kLogRatios{-32.0, -8.0, -2.0, 8.0, 32.0};
+  std::vector<VectorXd> result{start()};
+  for (const Quantity& constant : quantities_) {
+    const VarianceFactor& factor = function_.factors[constant.factor];
+    const bool has_power = constant.kind == VarianceQuantity::kConstant && !factor.delta;
+    const TypicalValue& typical = typical_[constant.factor];
+    if (!has_power || constant.strata >= 0 || typical.high == typical.low) continue;
+    const auto delta = std::ranges::find_if(quantities_, [&](const Quantity& other) {
+      return other.factor == constant.factor && other.kind == VarianceQuantity::kDelta;
+    });
+    for (const double log_ratio : kLogRatios) {
+      result.push_back(result.front());
+      result.back()[delta->first] = log_ratio / std::log(typical.high / typical.low);
+    }
+  }
+  return result;
+}
+
 VectorXd VarianceModel::constant() const {
   VectorXd parameters(parameter_count());
   set_correlation(nullptr, parameters);
@@ -230,7 +251,7 @@ Index VarianceModel::floored(const VectorXd& fitted) const {
     const VarianceFactor& factor = function_.factors[k];
     if (!kind_of(factor).reads_logarithm()) continue;
     const VectorXd& v = factor.column.empty() ? fitted : data_.columns.find(factor.column)->second;
-    count += (v.array().abs() < kSmallestShare * typical_[k]).count();
+    count += (v.array().abs() < kSmallestShare * typical_[k].middle).count();
   }
   return count;
 }
@@ -241,8 +262,7 @@ VarianceFactorEstimate VarianceModel::factor_estimate(std::size_t index,
   const int strata = strata_index(factor);
   VarianceFactorEstimate result{.factor = factor, .strata = {""}};
   if (strata >= 0) result.strata = data_.strata[static_cast<std::size_t>(strata)].labels;
-  InternalFactor internal{
-      .factor = factor, .typical = typical_[index], .values = values_of(factor)};
+  InternalFactor internal{.factor = factor, .typical = typical_[index]};
   for (std::size_t k = 0; k < quantities_.size(); ++k) {
     if (quantities_[k].factor != index) continue;
     const VectorXd values = this->values(static_cast<int>(k), parameters);

@@ -30,7 +30,7 @@ struct VarianceData {
   std::map<std::string, VectorXd, std::less<>> columns{};  ///< (N) by name
   std::vector<NonlinearModel::Strata> strata{};
   /// v0 of each factor; empty: that of these observations.
-  std::vector<double> typical{};
+  std::vector<TypicalValue> typical{};
   std::shared_ptr<const CorrelatedRows> correlated{};  ///< null: independent residuals
 
   /// \param known  as CorrelatedRows::of() has it
@@ -70,6 +70,8 @@ class VarianceModel {
   }
   /// Internal parameters at the start.
   VectorXd start() const;
+  /// The same, and others: a constant plus a power may have maxima at steep powers of both signs.
+  std::vector<VectorXd> starts() const;
   /// Internal parameters of a constant variance, as far as no other value is held.
   VectorXd constant() const;
 
@@ -88,9 +90,9 @@ class VarianceModel {
                       bool with_derivatives) const;
 
   /// The typical |v| of a factor of the function, v0.
-  double typical_value(std::size_t factor) const { return typical_[factor]; }
+  const TypicalValue& typical_value(std::size_t factor) const { return typical_[factor]; }
   /// The same of all factors.
-  const std::vector<double>& typical_values() const { return typical_; }
+  const std::vector<TypicalValue>& typical_values() const { return typical_; }
 
   /// Number of observations whose |v| is so small that it was floored.
   Index floored(const VectorXd& fitted) const;
@@ -129,7 +131,7 @@ class VarianceModel {
 
   VarianceFunction function_;
   VarianceData data_;
-  std::vector<double> typical_;  ///< typical |v| of each factor
+  std::vector<TypicalValue> typical_;  ///< typical |v| of each factor
   std::vector<Quantity> quantities_;
   Index scale_parameter_count_ = 0;
   data::Expression log_scale_;

@@ -136,3 +136,23 @@ TEST_CASE("strata and products of variance functions agree with nlme's definitio
   }
   CHECK(estimate.factors[0].ratio[0] == 1.0);
 }
+
+TEST_CASE("internal parameters are of order one for a step of the variance at few observations") {
+  const VarianceModel model = model_of("constant-plus-power");
+  for (const double delta : {182.0, -120.0}) {
+    INFO(delta);
+    // A constant as large as the power of the largest or smallest value.
+    const double at = delta > 0.0 ? values().maxCoeff() : values().minCoeff();
+    VarianceEstimate estimate = model.estimate(model.start());
+    estimate.factors[0].delta[0] = delta;
+    estimate.factors[0].constant[0] = std::pow(at, delta);
+    const VectorXd parameters = model.parameters(estimate);
+    // tan^2 is the constant over the mean of the powers of the ends, of which the other is 0.
+    CHECK(parameters[1] == Approx(std::atan(std::sqrt(2.0))).epsilon(1e-12));
+    CHECK(model.estimate(parameters).constant() == Approx(estimate.constant()).epsilon(1e-10));
+    // g there is twice that elsewhere, and its slope by the angle is of order one.
+    const ResidualScale scale = model.scale(values(), parameters, true);
+    CHECK(scale.weight.maxCoeff() / scale.weight.minCoeff() == Approx(4.0).epsilon(1e-10));
+    CHECK(scale.log_derivative.col(1).abs().maxCoeff() > 0.1);
+  }
+}

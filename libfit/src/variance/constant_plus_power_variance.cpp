@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
-// constant + |v|^delta. The internal g of one number is sin^2 phi + cos^2 phi |v/v0|^delta, which
-// holds both a constant variance and a pure power as ordinary points; with strata, or if a
-// parameter is held, it is kappa^2 + |v|^delta.
+// constant + |v|^delta. The internal g of one number is sin^2 phi + cos^2 phi |v|^delta / P(delta)
+// with P = exp(TypicalValue::log_power), which holds a constant variance, a pure power and a step
+// at the largest or smallest values as ordinary points; with strata, or if a parameter is held, it
+// is kappa^2 + |v|^delta.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "silvafit/base/constants.hpp"
@@ -13,21 +15,13 @@ namespace silvafit::fit {
 namespace {
 
 using data::Expression;
-using Eigen::ArrayXd;
 
 /// Whether the internal constant is an angle, not a root.
 bool is_angle(const VarianceFactor& factor) { return factor.stratum.empty() && !factor.delta; }
 
-/// Whether the constant is dominant at all observations.
-bool is_without_power(const InternalFactor& internal, double delta) {
-  // If the power is below this share at all observations, constant-plus-power is not
-  // distinguishable from a constant variance.
-  constexpr double kNoPower = 1e-10;
-  const ArrayXd shares = (internal.values.array().abs() / internal.typical).max(kSmallestShare);
-  const double growth =
-      std::max(std::pow(shares.maxCoeff(), delta), std::pow(shares.minCoeff(), delta));
-  return std::pow(std::cos((*internal.constant)[0]), 2) * growth < kNoPower;
-}
+/// If the power is below this share at all observations, constant-plus-power is not
+/// distinguishable from a constant variance.
+constexpr double kNoPower = 1e-10;
 
 class ConstantPlusPowerVariance : public VarianceKind {
  public:
@@ -57,13 +51,22 @@ class ConstantPlusPowerVariance : public VarianceKind {
     }
     if (!is_angle(factor)) {
       const double exponent = factor.delta.value_or(kStartExponent);
-      const double start = std::pow(terms.typical(), 0.5 * exponent);
+      const double start = std::pow(terms.typical().middle, 0.5 * exponent);
       const Expression k = terms.estimated(VarianceQuantity::kConstant, start, 1.0);
       return filled("log(k*k + exp(d*l))", {{"k", k}, {"d", d}, {"l", l}});
     }
     const Expression k = terms.estimated(
         VarianceQuantity::kConstant, std::numbers::pi / 4.0, std::numbers::pi / 2.0);
-    return filled("log(sin(k)^2 + cos(k)^2*exp(d*l))", {{"k", k}, {"d", d}, {"l", l}});
+    const TypicalValue& typical = terms.typical();
+    const auto relative = [&](double of) {
+      return Expression::constant(std::log(of / typical.middle));
+    };
+    return filled("log(sin(k)^2 + cos(k)^2*exp(d*l - log(0.5*exp(d*a) + 0.5*exp(d*b))))",
+                  {{"k", k},
+                   {"d", d},
+                   {"l", l},
+                   {"a", relative(typical.low)},
+                   {"b", relative(typical.high)}});
   }
 
   void estimate(const InternalFactor& internal, VarianceFactorEstimate& result) const override {
@@ -73,28 +76,31 @@ class ConstantPlusPowerVariance : public VarianceKind {
       result.constant = VectorXd::Constant(strata, *internal.factor.constant);
     } else if (!is_angle(internal.factor)) {
       result.constant = internal.constant->array().square();
-    } else if (is_without_power(internal, result.delta[0])) {
+    } else if (const double phi = (*internal.constant)[0]; std::pow(std::cos(phi), 2) < kNoPower) {
       result.constant.setConstant(1, kInfinity);
     } else {
-      const double odds = std::pow(std::tan((*internal.constant)[0]), 2);
-      result.constant.setConstant(1, odds * std::pow(internal.typical, result.delta[0]));
+      // An infinite constant would be a constant variance.
+      const double constant =
+          std::pow(std::tan(phi), 2) * std::exp(internal.typical.log_power(result.delta[0]));
+      result.constant.setConstant(1, std::min(constant, std::numeric_limits<double>::max()));
     }
   }
 
   VectorXd internal(VarianceQuantity kind,
                     const VarianceFactorEstimate& estimate,
-                    double typical) const override {
+                    const TypicalValue& typical) const override {
     if (kind == VarianceQuantity::kDelta) return estimate.delta;
     if (!is_angle(estimate.factor)) return estimate.constant.cwiseSqrt();
-    const double odds = estimate.constant[0] / std::pow(typical, estimate.delta[0]);
-    return VectorXd::Constant(1, std::atan(std::sqrt(odds)));
+    const double log_odds = std::log(estimate.constant[0]) - typical.log_power(estimate.delta[0]);
+    return VectorXd::Constant(1, std::atan(std::exp(0.5 * log_odds)));
   }
 
-  double log_offset(const VarianceFactorEstimate& estimate, double typical) const override {
+  double log_offset(const VarianceFactorEstimate& estimate,
+                    const TypicalValue& typical) const override {
     // An infinite constant represents the factor 1.
     if (std::isinf(estimate.constant[0])) return 0.0;
-    // With tan^2 phi = c / v0^delta, c + |v|^delta is (c + v0^delta) times the internal function.
-    return std::log(estimate.constant[0] + std::pow(typical, estimate.delta[0]));
+    // With tan^2 phi = c / P, c + |v|^delta is (c + P) times the internal function.
+    return std::log(estimate.constant[0] + std::exp(typical.log_power(estimate.delta[0])));
   }
 };
 

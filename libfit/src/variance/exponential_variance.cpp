@@ -17,7 +17,7 @@ class ExponentialVariance : public VarianceKind {
     return std::exp(estimate.delta[stratum] * v);
   }
 
-  double typical(const VectorXd& values) const override {
+  double middle(const VectorXd& values) const override {
     const double mean = values.cwiseAbs().mean();
     return mean > 0.0 ? mean : 1.0;
   }
@@ -25,9 +25,9 @@ class ExponentialVariance : public VarianceKind {
   Expression log_scale(LogScaleTerms& terms) const override {
     return filled("d*(v/t - o)",
                   {{"v", terms.value()},
-                   {"t", Expression::constant(terms.typical())},
+                   {"t", Expression::constant(terms.typical().middle)},
                    {"o", Expression::constant(terms.is_plain() ? 0.0 : 1.0)},
-                   {"d", terms.delta(terms.typical())}});
+                   {"d", terms.delta(terms.typical().middle)}});
   }
 
   void estimate(const InternalFactor& internal, VarianceFactorEstimate& result) const override {
@@ -37,15 +37,16 @@ class ExponentialVariance : public VarianceKind {
 
   VectorXd internal(VarianceQuantity /*kind*/,
                     const VarianceFactorEstimate& estimate,
-                    double typical) const override {
-    return estimate.delta * typical;
+                    const TypicalValue& typical) const override {
+    return estimate.delta * typical.middle;
   }
 
-  double log_offset(const VarianceFactorEstimate& estimate, double typical) const override {
-    return estimate.delta[0] * typical;
+  double log_offset(const VarianceFactorEstimate& estimate,
+                    const TypicalValue& typical) const override {
+    return estimate.delta[0] * typical.middle;
   }
 
-  double delta_scale(double typical) const override { return 1.0 / typical; }
+  double delta_scale(const TypicalValue& typical) const override { return 1.0 / typical.middle; }
 };
 
 }  // namespace

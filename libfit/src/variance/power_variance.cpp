@@ -30,12 +30,13 @@ class PowerVariance : public VarianceKind {
 
   VectorXd internal(VarianceQuantity /*kind*/,
                     const VarianceFactorEstimate& estimate,
-                    double /*typical*/) const override {
+                    const TypicalValue& /*typical*/) const override {
     return estimate.delta;
   }
 
-  double log_offset(const VarianceFactorEstimate& estimate, double typical) const override {
-    return estimate.delta[0] * std::log(typical);
+  double log_offset(const VarianceFactorEstimate& estimate,
+                    const TypicalValue& typical) const override {
+    return estimate.delta[0] * std::log(typical.middle);
   }
 };
 

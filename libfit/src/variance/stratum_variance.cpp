@@ -29,11 +29,12 @@ class StratumVariance : public VarianceKind {
 
   VectorXd internal(VarianceQuantity /*kind*/,
                     const VarianceFactorEstimate& estimate,
-                    double /*typical*/) const override {
+                    const TypicalValue& /*typical*/) const override {
     return estimate.ratio.array().log();
   }
 
-  double log_offset(const VarianceFactorEstimate& /*estimate*/, double /*typical*/) const override {
+  double log_offset(const VarianceFactorEstimate& /*estimate*/,
+                    const TypicalValue& /*typical*/) const override {
     return 0.0;
   }
 };

@@ -30,7 +30,28 @@ Expression LogScaleTerms::delta(double scale) {
   return estimated(VarianceQuantity::kDelta, kStartExponent, 0.0);
 }
 
-double VarianceKind::typical(const VectorXd& values) const {
+double TypicalValue::log_power(double delta) const {
+  const double of_low = delta * std::log(low);
+  const double of_high = delta * std::log(high);
+  const double larger = std::max(of_low, of_high);
+  return larger + std::log(0.5 * (1.0 + std::exp(-std::abs(of_high - of_low))));
+}
+
+double TypicalValue::log_power_slope(double delta) const {
+  const double share_of_high = 1.0 / (1.0 + std::exp(delta * std::log(low / high)));
+  return std::log(low) + share_of_high * std::log(high / low);
+}
+
+TypicalValue VarianceKind::typical(const VectorXd& values) const {
+  if (values.size() == 0) return {};
+  TypicalValue result{.middle = middle(values)};
+  const double least = kSmallestShare * result.middle;
+  result.low = std::max(least, values.cwiseAbs().minCoeff());
+  result.high = std::max(result.low, values.cwiseAbs().maxCoeff());
+  return result;
+}
+
+double VarianceKind::middle(const VectorXd& values) const {
   double sum = 0.0;
   Index count = 0;
   for (const double value : values) {

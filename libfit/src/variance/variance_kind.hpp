@@ -21,17 +21,29 @@ enum class VarianceQuantity { kDelta, kConstant, kLogRatio };
 /// |v| below this share of its typical value would let one observation decide the power.
 inline constexpr double kSmallestShare = 1e-4;
 
+/// Magnitudes |v| of the observations, the units of internal numbers.
+struct TypicalValue {
+  double middle = 1.0;  ///< v0
+  double low = 1.0;     ///< the smallest, above kSmallestShare of v0
+  double high = 1.0;    ///< the largest
+  /// The logarithm of the mean of the powers of the smallest and largest, and its slope. It is near
+  /// the powers of the observations for any delta; that of v0 is far below those of the few
+  /// observations that matter for a steep power.
+  double log_power(double delta) const;
+  double log_power_slope(double delta) const;
+};
+
 /// The parts of the expression of log g of a factor.
 class LogScaleTerms {
  public:
-  LogScaleTerms(const VarianceFactor& factor, double typical)
+  LogScaleTerms(const VarianceFactor& factor, const TypicalValue& typical)
       : factor_(factor), typical_(typical) {}
   virtual ~LogScaleTerms() = default;
   LogScaleTerms(const LogScaleTerms&) = delete;
   LogScaleTerms& operator=(const LogScaleTerms&) = delete;
 
   const VarianceFactor& factor() const { return factor_; }
-  double typical() const { return typical_; }
+  const TypicalValue& typical() const { return typical_; }
   /// Whether sigma must not depend on the parameters of the factor: then v is used unscaled, else
   /// relative to its typical value.
   bool is_plain() const;
@@ -48,15 +60,14 @@ class LogScaleTerms {
 
  private:
   const VarianceFactor& factor_;
-  double typical_;
+  const TypicalValue& typical_;
 };
 
 /// Estimated numbers of a factor as in VarianceModel, one per stratum, and the data for their
 /// units.
 struct InternalFactor {
   const VarianceFactor& factor;
-  double typical = 1.0;    ///< v0
-  const VectorXd& values;  ///< (N) v
+  const TypicalValue& typical;
   std::optional<VectorXd> delta{};
   std::optional<VectorXd> constant{};
   std::optional<VectorXd> log_ratio{};
@@ -80,7 +91,8 @@ class VarianceKind {
   /// g of one stratum.
   virtual double value(const VarianceFactorEstimate& estimate, Index stratum, double v) const = 0;
   /// The typical |v| of the observations, v0.
-  virtual double typical(const VectorXd& values) const;
+  virtual double middle(const VectorXd& values) const;
+  TypicalValue typical(const VectorXd& values) const;
   /// log g as an expression.
   virtual data::Expression log_scale(LogScaleTerms& terms) const = 0;
   /// Sets the parameters of an estimate whose strata are known.
@@ -88,11 +100,12 @@ class VarianceKind {
   /// The internal numbers of an estimate, one per stratum.
   virtual VectorXd internal(VarianceQuantity kind,
                             const VarianceFactorEstimate& estimate,
-                            double typical) const = 0;
+                            const TypicalValue& typical) const = 0;
   /// The logarithm of g over the internal g, which is about 1 at v0; 0 where is_plain().
-  virtual double log_offset(const VarianceFactorEstimate& estimate, double typical) const = 0;
+  virtual double log_offset(const VarianceFactorEstimate& estimate,
+                            const TypicalValue& typical) const = 0;
   /// delta over the internal delta.
-  virtual double delta_scale(double /*typical*/) const { return 1.0; }
+  virtual double delta_scale(const TypicalValue& /*typical*/) const { return 1.0; }
   /// Whether g is positive and finite where the column of a factor is 0.
   virtual bool allows_zero(const VarianceFactor& /*factor*/) const { return true; }
 

@@ -160,6 +160,9 @@ std::string_view text_of(Finding::Kind kind) {
        "Not converged: the log-likelihood has no maximum: the curve passes through all "
        "observations of {names} exactly, so their standard deviation goes to 0. Join this stratum "
        "with another one, or exclude its rows with `where`."},
+      {kRangeUnbounded,
+       "Not converged: the likelihood increases as the range of the correlation grows without "
+       "bound. Use another `correlation`, or random effects in its place."},
 
       {kFallback, "Fitted by focei, because {a} found no result."},
       {kStartFailed, "Not converged: the least-squares fit for the start values failed."},
@@ -228,9 +231,6 @@ std::string_view text_of(Finding::Kind kind) {
       {kSquaresDiverge,
        "Penalized least squares fails, because the random effects of some groups diverge."},
       {kIterationLimit, "The iteration limit is reached."},
-      {kRangeUnbounded,
-       "The range of the correlation grows without bound: use another `correlation`, or random "
-       "effects in its place."},
       {kEvaluationLimit, "The evaluation limit is reached."},
       {kJumps, "The likelihood has a jump, because the conditional mode of a group changes."},
       {kTryKinks, "Try the method agq, since the formula has a kink in {names}."},

@@ -34,14 +34,14 @@ struct Finding {
     kBeyondMeasure, kSaturated, kImpossibleError, kInvalidAtFirstOrder, kNoModes,
     kInvalidForSample, kFirstOrderHigher, kContainedHigher,
     kUnfinishedHigher, kUnfinishedFirstOrder, kLinearizationFar, kNoneFromStart, kRisesInwards,
-    kHeldImpossible, kVanishingConstant, kVanishingStratum,
+    kHeldImpossible, kVanishingConstant, kVanishingStratum, kRangeUnbounded,
     // Before the result; the last finding comes first.
     kFallback, kFirstBefore = kFallback, kStartFailed, kNoneInside, kContainedDoubt, kKink,
     kKinkRestricted, kKinkByQuadrature, kKinkFewPoints, kFewPoints, kRangeDoubt, kTwoValues,
     kCounts, kMissingCode, kIsolatedCode, kImputedRows, kCodesRead, kNameDoubt, kInseparable,
     // After the result.
     kMovingMost, kFirstAfter = kMovingMost, kLinearModelInvalid, kEffectsDiverge, kStepsDoNotSettle,
-    kPassLimit, kSquaresDiverge, kIterationLimit, kRangeUnbounded, kEvaluationLimit, kJumps,
+    kPassLimit, kSquaresDiverge, kIterationLimit, kEvaluationLimit, kJumps,
     kTryKinks, kKinkUnsettled, kKinkUnsettledWithoutEffects, kTrySimpler, kTrySimplerOnly,
     kTryOtherMethod, kTryLeastSquares, kSingleObservations, kSingleObservationsOf, kEqualGroupings,
     kRemoveOneEffect, kRemoveOne, kUseAgq, kUseFocei, kSingular, kCorrelationEnd, kExactStratum,
