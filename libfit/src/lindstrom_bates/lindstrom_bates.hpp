@@ -146,8 +146,9 @@ class LindstromBates {
  private:
   class Run;
   bool leave_singular_covariance(const LindstromBatesOutcome& outcome, LindstromBatesState& inside);
-  /// The likelihood has no slope at an end, so that the correlation's starts are tried, and their
-  /// ranges with its other parameters.
+  /// Correlations that may be higher than one where a run has ended: from an end, the structure's
+  /// starts, and their ranges with the other parameters; ranges beside that of a kinked likelihood.
+  std::vector<VectorXd> other_correlations(const VectorXd& now) const;
   bool leave_end_of_correlation(const LindstromBatesOutcome& outcome, LindstromBatesState& inside);
   /// Steps of the variance components per iteration: sufficient after the linearization has
   /// converged; more are useless before that.

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "lindstrom_bates/lindstrom_bates.hpp"
+#include "model/kinked_range.hpp"
 #include "optimization/tolerances.hpp"
 #include "silvafit/base/constants.hpp"
 
@@ -65,20 +66,34 @@ bool LindstromBates::leave_boundary(const LindstromBatesOutcome& outcome,
   return leave_singular_covariance(outcome, inside) || leave_end_of_correlation(outcome, inside);
 }
 
+std::vector<VectorXd> LindstromBates::other_correlations(const VectorXd& now) const {
+  const CorrelationStructure& structure = variance_.correlated()->structure();
+  std::vector<VectorXd> others;
+  if (structure.has_unbounded_range(now) || structure.lifted(now) != now) {
+    // The likelihood has no slope at an end.
+    others = structure.starts();
+    for (std::size_t k = others.size(); k-- > 0;) {
+      others.push_back(now);
+      others.back()[0] = others[k][0];
+    }
+  } else if (has_kinked_range(variance_.correlated())) {
+    constexpr double kStep = 0.01;
+    constexpr int kSteps = 25;
+    for (int k = -kSteps; k <= kSteps; ++k) {
+      others.push_back(now);
+      others.back()[0] += kStep * k;
+    }
+  }
+  std::erase_if(others, [&](const VectorXd& of) { return structure.has_unbounded_range(of); });
+  return others;
+}
+
 bool LindstromBates::leave_end_of_correlation(const LindstromBatesOutcome& outcome,
                                               LindstromBatesState& inside) {
   if (variance_.correlated() == nullptr) return false;
-  const CorrelationStructure& structure = variance_.correlated()->structure();
-  const VectorXd now = variance_.correlation_part(variance_parameters(inside.theta));
-  if (!structure.has_unbounded_range(now) && structure.lifted(now) == now) return false;
-  std::vector<VectorXd> others = structure.starts();
-  for (std::size_t k = others.size(); k-- > 0;) {
-    others.push_back(now);
-    others.back()[0] = others[k][0];
-  }
   Start best{.value = kInfinity};
-  for (const VectorXd& other : others) {
-    if (structure.has_unbounded_range(other)) continue;
+  for (const VectorXd& other :
+       other_correlations(variance_.correlation_part(variance_parameters(inside.theta)))) {
     LindstromBatesState trial = outcome.state;
     trial.theta.tail(other.size()) = other;
     Linearization at;

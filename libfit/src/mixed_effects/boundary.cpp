@@ -16,6 +16,7 @@
 #include "model/symmetric_eigen.hpp"
 #include "optimization/tolerances.hpp"
 #include "result/group_coefficients.hpp"
+#include "variance/variance_kind.hpp"
 #include "verdict/thresholds.hpp"
 
 namespace silvafit::fit {
@@ -141,7 +142,11 @@ PowerUse power_use(const std::vector<Index>& rows,
     others += share[i] * share[i];
     has_others = true;
   }
-  if (has_others && others < kSameLikelihood) result.only_at = size;
+  // Of fitted values the steepest power is that of the response.
+  constexpr double kNearly = 0.9;
+  const double steepest = constant_plus_power_variance().typical(v(rows)).steepest();
+  const bool is_steepest = std::abs(delta) > kNearly * steepest;
+  if (has_others && (others < kSameLikelihood || is_steepest)) result.only_at = size;
   const Index count = (own.array() > Thresholds::kCounts / (1.0 + Thresholds::kCounts)).count();
   const double most = std::abs(delta) > Thresholds::kSteep ? 1.0 : Thresholds::kFew;
   if (static_cast<double>(count) < most * static_cast<double>(own.size())) result.few = count;

@@ -156,7 +156,7 @@ VectorXd VarianceModel::start() const {
 
 std::vector<VectorXd> VarianceModel::starts() const {
   // The powers of the largest and smallest value differ by these factors.
-  constexpr std::array kLogRatios{-32.0, -8.0, -2.0, 8.0, 32.0};
+  constexpr std::array kLogRatios{-512.0, -128.0, -32.0, -8.0, -2.0, 8.0, 32.0, 128.0, 512.0};
   std::vector<VectorXd> result{start()};
   for (const Quantity& constant : quantities_) {
     const VarianceFactor& factor = function_.factors[constant.factor];

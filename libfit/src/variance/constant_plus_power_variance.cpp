@@ -61,9 +61,10 @@ class ConstantPlusPowerVariance : public VarianceKind {
     const auto relative = [&](double of) {
       return Expression::constant(std::log(of / typical.middle));
     };
+    const Expression steepest = Expression::constant(typical.steepest());
     return filled("log(sin(k)^2 + cos(k)^2*exp(d*l - log(0.5*exp(d*a) + 0.5*exp(d*b))))",
                   {{"k", k},
-                   {"d", d},
+                   {"d", filled("max(-s, min(s, d))", {{"d", d}, {"s", steepest}})},
                    {"l", l},
                    {"a", relative(typical.low)},
                    {"b", relative(typical.high)}});
@@ -72,6 +73,9 @@ class ConstantPlusPowerVariance : public VarianceKind {
   void estimate(const InternalFactor& internal, VarianceFactorEstimate& result) const override {
     const Index strata = std::ssize(result.strata);
     result.delta = internal_or_held_delta(internal, strata);
+    const double steepest = internal.typical.steepest();
+    if (is_angle(internal.factor))
+      result.delta = result.delta.cwiseMin(steepest).cwiseMax(-steepest);
     if (!internal.constant) {
       result.constant = VectorXd::Constant(strata, *internal.factor.constant);
     } else if (!is_angle(internal.factor)) {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 
 namespace silvafit::fit {
 
@@ -35,6 +36,10 @@ double TypicalValue::log_power(double delta) const {
   const double of_high = delta * std::log(high);
   const double larger = std::max(of_low, of_high);
   return larger + std::log(0.5 * (1.0 + std::exp(-std::abs(of_high - of_low))));
+}
+
+double TypicalValue::steepest() const {
+  return high > low ? 600.0 / std::log(high / low) : std::numeric_limits<double>::max();
 }
 
 double TypicalValue::log_power_slope(double delta) const {

@@ -31,6 +31,9 @@ struct TypicalValue {
   /// observations that matter for a steep power.
   double log_power(double delta) const;
   double log_power_slope(double delta) const;
+  /// The steepest power, at which those of the smallest and largest differ by e^600: others are
+  /// steps at one value, too, and not in the range of numbers.
+  double steepest() const;
 };
 
 /// The parts of the expression of log g of a factor.
