@@ -45,10 +45,13 @@ class ProgramWithoutPages(ProgramTest):
 
 class StudyOfAWorkbook(ProgramTest):
     def test_has_all_files_as_that_of_a_csv_file_has(self):
-        self.write("trees.csv", stand_csv())
+        draw = random.Random(5)
+        rows = [f"1,{tree},A,{draw.uniform(0, 30):.1f},{draw.uniform(0, 30):.1f},{dbh},{1.3 + dbh * dbh / (0.2 * dbh + 1) ** 2:.1f}"
+                for tree, dbh in enumerate(range(8, 48), 1)]
+        self.write("trees.csv", "plot,tree,species,x,y,dbh,h\n" + "\n".join(rows) + "\n")
         for book in ("trees.xlsx", "trees.ods"):
             self.run_program("indices", "trees.csv", "--out", book)
-            self.run_program("study", book, "--out", "study")
+            self.run_program("study", book, "--out", "study", "--minimum-trees", "20", "--edge", "none")
             names = {path.name for path in (self.folder / "study").iterdir()}
             self.assertLessEqual({"library.json", "predictions.csv", "report.html", "run.json"}, names)
             self.run_program("stand", book, "--report", "stand.html")

@@ -111,7 +111,23 @@ TEST_CASE("groups of one observation whose random effects replace the residual a
   fit.random = {{.names = {"a"}, .covariance = MatrixXd::Constant(1, 1, 4.0)}};
   fit.residual_sd = VectorXd::Constant(model.observations(), 1e-4);
   const std::string what = text_of(degeneracy(model, frame_at(model, fit.estimate), fit));
-  CHECK_THAT(what, Contains("each group of plot has one observation"));
+  CHECK_THAT(what, Contains("no group of plot has more observations than random effects"));
+}
+
+TEST_CASE("two random effects fit groups of two observations exactly") {
+  const data::Table table = curves(0.5, 2);
+  ModelSpecification specification = specify_model("h ~ a*(1 - exp(-b*d))", {}, table);
+  add_random_effects(specification, "a + b | plot", table);
+  const NonlinearModel model(specification, table);
+  MixedEffectsFit fit;
+  fit.estimate = Eigen::Vector2d(23.0, 0.06);
+  fit.random = {{.names = {"a", "b"}, .covariance = Eigen::Matrix2d{{4.0, 0.0}, {0.0, 1e-4}}}};
+  fit.residual_sd = VectorXd::Constant(model.observations(), 1e-3);
+  CHECK_THAT(text_of(degeneracy(model, frame_at(model, fit.estimate), fit)),
+             Contains("no group of plot has more observations than random effects"));
+  // A residual of the size of measurement errors is a residual.
+  fit.residual_sd.setConstant(0.5);
+  CHECK_FALSE(degeneracy(model, frame_at(model, fit.estimate), fit).reason.has_value());
 }
 
 TEST_CASE("one observation per group is named by every method, besides other findings") {
@@ -127,7 +143,8 @@ TEST_CASE("one observation per group is named by every method, besides other fin
     INFO(method);
     const Convergence convergence = fitted(table, method, {"b ~ 1 + z"}, "a + b | plot");
     CHECK_FALSE(convergence.converged());
-    CHECK_THAT(convergence.verdict(), Contains("each group of plot has one observation"));
+    CHECK_THAT(convergence.verdict(),
+               Contains("no group of plot has more observations than random effects"));
   }
 }
 

@@ -48,6 +48,22 @@ TEST_CASE("marginal means are the expectations over random effects") {
     CHECK(prediction.marginal_difference < 1e-3);
     CHECK(prediction.mean_error[0] > 0.0);
   }
+  SECTION("of a curve with a pole, around which there is none") {
+    FittedModel fit = model("h ~ 1.3 + (dbh/(a*dbh + b))^2", {"a", "b"}, "b | plot");
+    fit.estimate = Eigen::Vector2d(0.15, 1.2);
+    fit.covariance = MatrixXd::Identity(2, 2) * 1e-6;
+    Table table;
+    table.set("dbh", std::vector<double>{10.0});
+    // E 1/u^2 of a normal u is infinite; the formula's pole is at 2.7 standard deviations.
+    fit.random.back().covariance = MatrixXd::Constant(1, 1, 1.0);
+    CHECK(std::isnan(predict(fit, table, Level::kMarginal, {.standard_errors = true}).value[0]));
+    // At 270 standard deviations it does not matter: 1/u^2 (1 + 3 s^2/u^2 + 15 s^4/u^4).
+    fit.random.back().covariance = MatrixXd::Constant(1, 1, 1e-4);
+    const double share = 1e-4 / (2.7 * 2.7);
+    CHECK(predict(fit, table, Level::kMarginal, {}).value[0] ==
+          Approx(1.3 + 100.0 / (2.7 * 2.7) * (1.0 + 3.0 * share + 15.0 * share * share))
+              .epsilon(1e-10));
+  }
   SECTION("of a height curve with two correlated effects") {
     FittedModel fit = model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {"a", "b"}, "a + b | plot");
     fit.estimate = Eigen::Vector2d(25.0, 0.06);

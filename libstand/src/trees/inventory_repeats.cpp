@@ -293,7 +293,9 @@ void InventoryReader::count_equal_rows() {
     }
   }
   repeated_numbers_.equal += equal;
-  if (2 * equal < inventory.size() || equal == 0 || options_.trust_units) return;
+  // Stems of one stool rarely have the same dbh: a tenth of all trees cannot be such stems.
+  constexpr std::size_t kTenth = 10;
+  if (kTenth * equal < inventory.size() || equal == 0 || options_.trust_units) return;
   throw InputError(
       fmt::format("{} of {} rows equal an earlier one in all columns, the position included: "
                   "remove the copies; if each is a tree, use `trust_units=true`",
@@ -408,41 +410,6 @@ void InventoryReader::compare_measurements() {
         "; from one time to the next they are matched in the order of dbh: give each tree a "
         "number of its own, as in `columns=tree=subplot + \"-\" + number`, if that is wrong";
   }
-}
-
-/// Maps with an origin of their own lie on each other if the column of their names is not read: the
-/// trees at one position are of different maps.
-void InventoryReader::refuse_overlaid_maps() const {
-  const Inventory& inventory = result_.inventory;
-  const bool may_be_maps = !plan_.labels[kPlot].exists() && !plan_.time_field && is_of_table();
-  if (!may_be_maps || !inventory.has_coordinates() || options_.trust_units) return;
-  std::map<std::pair<double, double>, LabelParts> places;
-  for (std::size_t row = 0; row < inventory.size(); ++row) {
-    if (std::isnan(inventory.x[row]) || std::isnan(inventory.y[row])) continue;
-    places[{inventory.x[row], inventory.y[row]}].rows.push_back({kept_rows_[row]});
-  }
-  std::vector<LabelParts> shared;
-  for (auto& [place, trees] : places) {
-    if (trees.rows.size() > 1) shared.push_back(std::move(trees));
-  }
-  std::vector<std::size_t> fields = plan_.unread;
-  fields.insert(fields.end(), plan_.unit_fields.begin(), plan_.unit_fields.end());
-  auto columns = distinguishing_columns(prepared_.table, options_.missing, fields, shared);
-  // A column of k values distinguishes two stems of a stool by chance with probability 1 - 1/k.
-  constexpr double kByChance = 1e-3;
-  std::erase_if(columns, [&](const DistinguishingColumn& column) {
-    const double one = 1.0 - 1.0 / static_cast<double>(column.distinct);
-    return std::pow(one, static_cast<double>(shared.size())) > kByChance;
-  });
-  if (columns.empty()) return;
-  const std::string column =
-      data::Expression::variable(csv_.header()[columns.front().field]).text();
-  throw InputError(
-      fmt::format("{0} several trees, which the column {1} tells apart: if it names plots with "
-                  "positions of their own, use `columns=plot={1}`; if not, use `trust_units=true`",
-                  counted(shared.size(), "position has", "positions have"),
-                  column),
-      {.file = file_});
 }
 
 /// Plots whose rows stand apart in the file may be several plots of one label.

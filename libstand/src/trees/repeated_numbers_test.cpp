@@ -102,9 +102,12 @@ TEST_CASE("without numbers, equal rows at one position are told, and refused if 
   CHECK_THROWS_WITH(read_inventory_text("x,y,dbh,species\n" + trees + trees),
                     Contains("4 of 8 rows equal an earlier one in all columns"));
   CHECK(trees_in("x,y,dbh,species\n" + trees + trees, {.trust_units = true}) == 8);
-  // Two equal stems of one stool.
-  const CheckedInventory stool = read_inventory_text("x,y,dbh,species\n" + trees + "8,1,30.5,P\n");
-  CHECK(stool.inventory.size() == 5);
+  // Two equal stems of one stool, among twelve trees.
+  std::string others;
+  for (int i = 0; i < 8; ++i) others += fmt::format("{0},{0},{0}.5,P\n", 11 + i);
+  const CheckedInventory stool =
+      read_inventory_text("x,y,dbh,species\n" + trees + others + "8,1,30.5,P\n");
+  CHECK(stool.inventory.size() == 13);
   CHECK(has_note(stool, "1 row equals an earlier one in all columns"));
   // Without positions, trees of a tally have equal values.
   CHECK(trees_in("dbh,species\n20,P\n20,P\n22,P\n22,P\n") == 4);
@@ -133,7 +136,7 @@ TEST_CASE("maps with an origin of their own are not one map") {
   }
   CHECK_THROWS_WITH(
       read_inventory_text(text),
-      Contains("12 positions have several trees, which the column unit tells apart") &&
+      Contains("12 positions have several trees, most of which the column unit tells") &&
           Contains("`columns=plot=unit`"));
   CHECK(trees_in(text, {.trust_units = true}) == 24);
   // A few stools, whose stems a column tells apart by chance.
