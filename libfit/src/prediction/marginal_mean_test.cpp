@@ -56,7 +56,9 @@ TEST_CASE("marginal means are the expectations over random effects") {
     table.set("dbh", std::vector<double>{10.0});
     // E 1/u^2 of a normal u is infinite; the formula's pole is at 2.7 standard deviations.
     fit.random.back().covariance = MatrixXd::Constant(1, 1, 1.0);
-    CHECK(std::isnan(predict(fit, table, Level::kMarginal, {.standard_errors = true}).value[0]));
+    const Prediction none = predict(fit, table, Level::kMarginal, {.standard_errors = true});
+    CHECK(std::isnan(none.value[0]));
+    CHECK(none.value_gap[0].find("has a pole") != std::string::npos);
     // At 270 standard deviations it does not matter: 1/u^2 (1 + 3 s^2/u^2 + 15 s^4/u^4).
     fit.random.back().covariance = MatrixXd::Constant(1, 1, 1e-4);
     const double share = 1e-4 / (2.7 * 2.7);

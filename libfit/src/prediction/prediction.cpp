@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <string>
 #include <utility>
@@ -122,7 +123,13 @@ MatrixXd take_marginal(const FittedModel& fit,
     }
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const auto row = static_cast<Index>(rows[k]);
+      const bool has_center = std::isfinite(result.value[row]);
       result.value[row] = found.value[static_cast<Index>(k)];
+      if (has_center && std::isnan(result.value[row])) {
+        result.value_gap[rows[k]] =
+            "the mean over groups does not exist, because the curve has a pole or is not defined "
+            "among them";
+      }
       if (with_gradient) gradients.row(row) = found.gradient.row(static_cast<Index>(k));
     }
   }
@@ -167,10 +174,10 @@ Prediction predict(const FittedModel& fit,
   Prediction result{.value = mean.mean(mean.arguments(sets.coefficients, sets.set_of_row)),
                     .unknown_terms = sets.unknown_terms,
                     .calibrated_from = sets.calibrated_from};
+  result.value_gap = value_gaps(fit, sets, result.value.size());
   const MatrixXd gradients = take_marginal(fit, table, sets, options, with_errors, result);
   result.residual_sd = residual_sd_if_known(fit, result.value, table);
   result.residual_gap = residual_sd_gaps(fit, table);
-  result.value_gap = value_gaps(fit, sets, result.value.size());
   std::vector<Neighbors> neighbors;
   if (fit.variance.correlation && level == Level::kCalibrated) {
     neighbors = add_neighbors(fit, table, result);
