@@ -64,5 +64,5 @@ check_nesting <- function(correlation, effects, data) {
 correlation_names <- function(text) {
   if (is.null(text)) return(character())
   inside <- regmatches(text, regexpr("(?<=\\().*(?=\\)$)", text, perl = TRUE))
-  trimws(unlist(strsplit(inside, "[,|;]")))
+  gsub("`", "", trimws(unlist(strsplit(inside, "[,|;]"))))
 }

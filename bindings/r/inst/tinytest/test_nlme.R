@@ -199,6 +199,11 @@ expect_error(of_time(~ I(t / 10) | tree), "add a column to the data", class = "s
 expect_error(of_time(~ t | site / tree), "labels of tree recur", class = "silvafit_usage_error")
 stems$own <- interaction(stems$site, stems$tree)
 expect_equal(c(logLik(of_time(~ t | own))), c(logLik(nlme::gls(y ~ t, stems, correlation = nlme::corCAR1(form = ~ t | own), method = "ML"))), tolerance = 1e-6)
+# Names with blanks, in the groups, the time and the variance.
+spaced <- stats::setNames(stems, sub("^t$", "t years", sub("^own$", "own tree", names(stems))))
+expect_equal(c(logLik(silvafit(y ~ a + b * `t years`, spaced, correlation = corCAR1(form = ~ `t years` | `own tree`)))), c(logLik(of_time(~ t | own))), tolerance = 1e-8)
+expect_equal(c(logLik(silvafit(y ~ a + b * `t years`, spaced, random = a ~ 1 | `own tree`, variance = varPower(form = ~ `t years`)))),
+             c(logLik(silvafit(y ~ a + b * t, stems, random = a ~ 1 | own, variance = varPower(form = ~ t)))), tolerance = 1e-8)
 # Intervals of the correlation are those of gls, whose second derivatives are differences.
 ovary <- as.data.frame(nlme::Ovary)
 theirs <- nlme::gls(follicles ~ sin(2 * pi * Time) + cos(2 * pi * Time), ovary, correlation = nlme::corAR1(form = ~ 1 | Mare), method = "ML")
