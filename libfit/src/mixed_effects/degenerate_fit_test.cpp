@@ -101,33 +101,26 @@ TEST_CASE("an unbounded variance component is named") {
   CHECK(at(bounded, estimate, 1.0).empty());
 }
 
-TEST_CASE("groups of one observation whose random effects replace the residual are named") {
-  const data::Table table = curves(0.5, 1);
-  ModelSpecification specification = specify_model("h ~ a*(1 - exp(-b*d))", {}, table);
-  add_random_effects(specification, "a | plot", table);
-  const NonlinearModel model(specification, table);
-  MixedEffectsFit fit;
-  fit.estimate = Eigen::Vector2d(23.0, 0.06);
-  fit.random = {{.names = {"a"}, .covariance = MatrixXd::Constant(1, 1, 4.0)}};
-  fit.residual_sd = VectorXd::Constant(model.observations(), 1e-4);
-  const std::string what = text_of(degeneracy(model, frame_at(model, fit.estimate), fit));
-  CHECK_THAT(what, Contains("no group of plot has more observations than random effects"));
-}
-
-TEST_CASE("two random effects fit groups of two observations exactly") {
-  const data::Table table = curves(0.5, 2);
-  ModelSpecification specification = specify_model("h ~ a*(1 - exp(-b*d))", {}, table);
-  add_random_effects(specification, "a + b | plot", table);
-  const NonlinearModel model(specification, table);
-  MixedEffectsFit fit;
-  fit.estimate = Eigen::Vector2d(23.0, 0.06);
-  fit.random = {{.names = {"a", "b"}, .covariance = Eigen::Matrix2d{{4.0, 0.0}, {0.0, 1e-4}}}};
-  fit.residual_sd = VectorXd::Constant(model.observations(), 1e-3);
-  CHECK_THAT(text_of(degeneracy(model, frame_at(model, fit.estimate), fit)),
-             Contains("no group of plot has more observations than random effects"));
+TEST_CASE("groups with no more observations than random effects are named if no residual is left") {
+  const auto reason_of = [](int trees, const char* random, Index effects, double residual) {
+    const data::Table table = curves(0.5, trees);
+    ModelSpecification specification = specify_model("h ~ a*(1 - exp(-b*d))", {}, table);
+    add_random_effects(specification, random, table);
+    const NonlinearModel model(specification, table);
+    MixedEffectsFit fit;
+    fit.estimate = Eigen::Vector2d(23.0, 0.06);
+    const MatrixXd covariance = Eigen::Vector2d(4.0, 1e-4).head(effects).asDiagonal();
+    const std::vector<std::string> names{"a", "b"};
+    fit.random = {{.names = {names.begin(), names.begin() + effects}, .covariance = covariance}};
+    fit.residual_sd = VectorXd::Constant(model.observations(), residual);
+    return text_of(degeneracy(model, frame_at(model, fit.estimate), fit));
+  };
+  const auto is_named = Contains("no group of plot has more observations than random effects");
+  CHECK_THAT(reason_of(1, "a | plot", 1, 1e-4), is_named);
+  CHECK_THAT(reason_of(2, "a + b | plot", 2, 1e-3), is_named);
+  CHECK_THAT(reason_of(3, "a + b | plot", 2, 1e-3), !is_named);
   // A residual of the size of measurement errors is a residual.
-  fit.residual_sd.setConstant(0.5);
-  CHECK_FALSE(degeneracy(model, frame_at(model, fit.estimate), fit).reason.has_value());
+  CHECK(reason_of(2, "a + b | plot", 2, 0.5).empty());
 }
 
 TEST_CASE("one observation per group is named by every method, besides other findings") {
