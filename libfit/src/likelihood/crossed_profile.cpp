@@ -5,7 +5,7 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <utility>
+#include <functional>
 
 #include "conditional_modes/effect_factor.hpp"
 #include "conditional_modes/effect_layout.hpp"
@@ -14,8 +14,6 @@
 
 namespace silvafit::fit {
 namespace {
-
-using CellProducts = std::function<MatrixXd(Index)>;
 
 /// The effects of one cluster, eliminated.
 struct ClusterElimination {
@@ -27,22 +25,25 @@ struct ClusterElimination {
 /// One evaluation, cluster by cluster.
 class Elimination {
  public:
+  /// \param total  (width x width) cross products of all cells
+  /// \param rows   (r width x cells) those of the random columns with all, of each cell
   Elimination(const RandomColumns& random,
               const RelativeFactors& factors,
-              Index width,
-              CellProducts products)
+              const MatrixXd& total,
+              const Eigen::Ref<const MatrixXd>& rows)
       : random_(random),
         layout_(*random.crossed),
         factors_(factors),
-        width_(width),
-        products_(std::move(products)),
+        width_(total.rows()),
+        total_(total),
+        rows_(rows),
         columns_(random.terms),
         design_{.joint = columns_.joint(factors)},
         clusters_(random.cluster_begin.size() - 1) {}
 
   /// \returns false if a matrix cannot be factorized
   bool sum_up(ProfileSums& sums) {
-    sums.total.setZero(width_, width_);
+    sums.total = total_;
     sums.log_determinant = 0.0;
     for (std::size_t c = 0; c < clusters_.size(); ++c) {
       if (!eliminate(c, sums)) return false;
@@ -51,14 +52,15 @@ class Elimination {
   }
 
   /// Adds the derivatives.
-  /// \param by_products  called with the number of each cell and the derivative by its products
+  /// \param by_rows  called with the number of each cell and the derivative by its rows beside that
+  ///   by the total; or none
   void differentiate(const Adjoint& from,
                      LinearMixedProfile& result,
-                     const std::function<void(Index, const MatrixXd&)>& by_products) {
+                     const std::function<void(Index, const MatrixXd&)>& by_rows) {
     spherical_.setZero(layout_.size());
     by_design_.setZero(std::ssize(columns_.all), layout_.joint_count());
     slopes_.setZero(layout_.size(), from.count);
-    for (std::size_t c = 0; c < clusters_.size(); ++c) differentiate(c, from, by_products);
+    for (std::size_t c = 0; c < clusters_.size(); ++c) differentiate(c, from, by_rows);
     result.spherical = layout_.by_term(spherical_);
     Index column = 0;
     for (std::size_t t = 0; t < factors_.size(); ++t) {
@@ -74,16 +76,20 @@ class Elimination {
   Index first_cell(std::size_t cluster) const { return random_.cluster_begin[cluster]; }
   Index cells(std::size_t cluster) const { return first_cell(cluster + 1) - first_cell(cluster); }
 
+  /// (r x width)
+  Eigen::Map<const MatrixXd> rows_of(std::size_t c, Index k) const {
+    return {rows_.col(first_cell(c) + k).data(), columns_.r(), width_};
+  }
+
   MatrixXd curvatures_of(std::size_t c) const {
-    const auto r = std::ssize(columns_.all);
+    const Index r = columns_.r();
     MatrixXd result(r * (r + 1) / 2, cells(c));
     for (Index k = 0; k < result.cols(); ++k) {
-      const MatrixXd products = products_(first_cell(c) + k);
+      const auto rows = rows_of(c, k);
       Index at = 0;
       for (Index b = 0; b < r; ++b) {
         for (Index a = b; a < r; ++a) {
-          result(at++, k) = products(columns_.all[static_cast<std::size_t>(a)],
-                                     columns_.all[static_cast<std::size_t>(b)]);
+          result(at++, k) = rows(a, columns_.all[static_cast<std::size_t>(b)]);
         }
       }
     }
@@ -96,10 +102,9 @@ class Elimination {
     of.curvatures = curvatures_of(c);
     if (!of.factor.compute(layout_.pattern(number), design_, of.curvatures)) return false;
     MatrixXd right = MatrixXd::Zero(layout_.size_of(number), width_);
+    MatrixXd own(layout_.joint_count(), width_);
     for (Index k = 0; k < cells(c); ++k) {
-      const MatrixXd products = products_(first_cell(c) + k);
-      sums.total += products;
-      const MatrixXd own = design_.joint.transpose() * products(columns_.all, Eigen::all);
+      own.noalias() = design_.joint.transpose() * rows_of(c, k);
       for (Index j = 0; j < width_; ++j) {
         layout_.add_to_group(right.col(j), number, k, own.col(j));
       }
@@ -112,10 +117,11 @@ class Elimination {
   }
 
   /// With t = f - L v for a vector f of the adjoint and its effects v, the products P of a cell
-  /// have the derivative t t', and the design -2 P t v'; the determinant adds its own.
+  /// have the derivative t t', and the design -2 P t v'; the determinant adds its own. Of t t', f
+  /// f' is the same in all cells.
   void differentiate(std::size_t c,
                      const Adjoint& from,
-                     const std::function<void(Index, const MatrixXd&)>& by_products) {
+                     const std::function<void(Index, const MatrixXd&)>& by_rows) {
     ClusterElimination& of = clusters_[c];
     const auto number = static_cast<Index>(c);
     of.factor.invert();
@@ -124,34 +130,38 @@ class Elimination {
     const Index begin = layout_.begin(number);
     spherical_.segment(begin, layout_.size_of(number)) = effects.col(0);
     for (Index k = 0; k < cells(c); ++k) {
-      const MatrixXd products = products_(first_cell(c) + k);
+      const auto rows = rows_of(c, k);
       const SmallMatrix inverse = of.factor.inverse_block(k);
       const SmallMatrix curvature = unpacked(of.curvatures.col(k).data(), std::ssize(columns_.all));
       by_design_ += curvature * design_.joint * inverse;
-      MatrixXd by_cell = MatrixXd::Zero(width_, width_);
-      if (by_products) {
-        by_cell(columns_.all, columns_.all) =
+      MatrixXd by_cell;
+      if (by_rows) {
+        by_cell.setZero(columns_.r(), width_);
+        by_cell(Eigen::all, columns_.all) =
             0.5 * design_.joint * inverse * design_.joint.transpose();
       }
       for (Index f = 0; f < from.count; ++f) {
         const SmallVector v = layout_.of_group(effects.col(f), number, k);
-        VectorXd t = vectors.col(f);
-        t(columns_.all) -= design_.joint * v;
-        const VectorXd slope = products * t;
-        by_design_ -= 2.0 * slope(columns_.all) * v.transpose();
-        if (by_products) by_cell += t * t.transpose();
+        const SmallVector change = -design_.joint * v;
+        SmallVector slope = rows * vectors.col(f);
+        slope += curvature * change;
+        by_design_ -= 2.0 * slope * v.transpose();
+        if (by_rows) {
+          by_cell += 2.0 * change * vectors.col(f).transpose();
+          by_cell(Eigen::all, columns_.all) += change * change.transpose();
+        }
         add_slopes(slope, number, k, f);
       }
-      if (by_products) by_products(first_cell(c) + k, by_cell);
+      if (by_rows) by_rows(first_cell(c) + k, by_cell);
     }
   }
 
   /// Sums of the slopes by b of each group's effects.
-  void add_slopes(const VectorXd& slope, Index cluster, Index k, Index f) {
+  void add_slopes(const SmallVector& slope, Index cluster, Index k, Index f) {
     SmallVector own(layout_.joint_count());
     Index row = 0;
-    for (const std::vector<Index>& term : random_.terms) {
-      for (const Index column : term) own[row++] = slope[column];
+    for (const std::vector<Index>& term : columns_.rows) {
+      for (const Index place : term) own[row++] = slope[place];
     }
     layout_.add_to_group(
         slopes_.col(f).segment(layout_.begin(cluster), layout_.size_of(cluster)), cluster, k, own);
@@ -240,7 +250,8 @@ class Elimination {
   const EffectLayout& layout_;
   const RelativeFactors& factors_;
   Index width_;
-  CellProducts products_;
+  const MatrixXd& total_;
+  Eigen::Ref<const MatrixXd> rows_;
   RandomPlaces columns_;
   RandomDesign design_;
   std::vector<ClusterElimination> clusters_;
@@ -248,21 +259,6 @@ class Elimination {
   MatrixXd by_design_;
   MatrixXd slopes_;  ///< (effects x vectors) Z'V^-1 of the vectors of the adjoint
 };
-
-/// The cross products of a cell at the displacement.
-CellProducts products_at(const GroupMoments& moments, const VectorXd& displacement) {
-  const bool is_displaced = displacement.size() > 0 && !displacement.isZero(0.0);
-  return [&moments, is_displaced, weights = moments.term_weights(displacement)](Index cell) {
-    const Index w = moments.width();
-    MatrixXd result = Eigen::Map<const MatrixXd>(moments.term(cell, 0), w, w);
-    if (!is_displaced) return result;
-    result *= weights[0];
-    for (Index term = 1; term < moments.terms(); ++term) {
-      result += weights[term] * Eigen::Map<const MatrixXd>(moments.term(cell, term), w, w);
-    }
-    return result;
-  };
-}
 
 }  // namespace
 
@@ -272,25 +268,39 @@ LinearMixedProfile crossed_profile(const LinearMixedModel& model,
                                    bool with_derivatives,
                                    const HeldParameters& held) {
   const GroupMoments& moments = model.moments;
-  Elimination elimination(
-      model.random, factors, moments.width(), products_at(moments, displacement));
+  MatrixXd total = moments.total(0);
+  MatrixXd displaced;
+  if (displacement.size() > 0 && !displacement.isZero(0.0)) {
+    const VectorXd weights = moments.term_weights(displacement);
+    total *= weights[0];
+    displaced = weights[0] * moments.term(0);
+    for (Index term = 1; term < moments.terms(); ++term) {
+      total += weights[term] * moments.total(term);
+      displaced += weights[term] * moments.term(term);
+    }
+  }
+  using Rows = Eigen::Ref<const MatrixXd>;
+  const Rows rows = displaced.size() > 0 ? Rows(displaced) : Rows(moments.term(0));
+  Elimination elimination(model.random, factors, total, rows);
   ProfileSums sums;
   if (!elimination.sum_up(sums)) return {};
   LinearMixedProfile result = sums.solve(model, displacement, held);
   if (!result.is_valid || !with_derivatives) return result;
+  const Adjoint from = sums.adjoint(model, result);
   VectorXd by_term = VectorXd::Zero(moments.terms());
-  std::function<void(Index, const MatrixXd&)> add_products;
+  std::function<void(Index, const MatrixXd&)> add_rows;
   if (moments.parameters() > 0) {
-    add_products = [&](Index cell, const MatrixXd& by_products) {
+    const Eigen::Map<const MatrixXd> vectors(from.vectors.data(), moments.width(), from.count);
+    for (Index term = 0; term < moments.terms(); ++term) {
+      by_term[term] = vectors.cwiseProduct(moments.total(term) * vectors).sum();
+    }
+    add_rows = [&](Index cell, const MatrixXd& by_rows) {
       for (Index term = 0; term < moments.terms(); ++term) {
-        const Index w = moments.width();
-        by_term[term] +=
-            by_products.cwiseProduct(Eigen::Map<const MatrixXd>(moments.term(cell, term), w, w))
-                .sum();
+        by_term[term] += by_rows.reshaped().dot(moments.term(term).col(cell));
       }
     };
   }
-  elimination.differentiate(sums.adjoint(model, result), result, add_products);
+  elimination.differentiate(from, result, add_rows);
   // The residuals were divided by sqrt(2) sigma.
   for (MatrixXd& spherical : result.spherical) spherical *= std::sqrt(2.0 * result.sigma2);
   result.by_variance =
@@ -300,10 +310,10 @@ LinearMixedProfile crossed_profile(const LinearMixedModel& model,
 
 MatrixXd without_crossed_effects(const RandomColumns& random,
                                  const RelativeFactors& factors,
-                                 Index width,
-                                 const CellProducts& products) {
+                                 const GroupMoments& moments) {
   ProfileSums sums;
-  Elimination elimination(random, factors, width, products);
+  const MatrixXd total = moments.total(0);
+  Elimination elimination(random, factors, total, moments.term(0));
   if (!elimination.sum_up(sums)) sums.total.setConstant(std::nan(""));
   return sums.total;
 }

@@ -2,8 +2,6 @@
 // The profile of a linear mixed model with crossed random effects.
 #pragma once
 
-#include <functional>
-
 #include "likelihood/linear_mixed_profile.hpp"
 #include "silvafit/fit/matrices.hpp"
 
@@ -18,11 +16,9 @@ LinearMixedProfile crossed_profile(const LinearMixedModel& model,
 
 /// (width x width) cross products of columns after standard normal effects b = L v are integrated
 /// out.
-/// \param products  the cross products (width x width, symmetric) of the rows of one of the model's
-///   groups
+/// \param moments  without variance parameters
 MatrixXd without_crossed_effects(const RandomColumns& random,
                                  const RelativeFactors& factors,
-                                 Index width,
-                                 const std::function<MatrixXd(Index)>& products);
+                                 const GroupMoments& moments);
 
 }  // namespace silvafit::fit

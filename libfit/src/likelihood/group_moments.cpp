@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <numeric>
 
 #include "likelihood/linear_mixed_profile.hpp"
 #include "silvafit/fit/matrices.hpp"
@@ -8,23 +9,48 @@ namespace silvafit::fit {
 GroupMoments::GroupMoments(Index width,
                            Index groups,
                            Index parameters,
-                           std::vector<std::pair<Index, Index>> pairs)
-    : width_(width), parameters_(parameters), pairs_(std::move(pairs)) {
-  products_.setZero(width * width * terms(), groups);
+                           std::vector<std::pair<Index, Index>> pairs,
+                           std::vector<Index> rows)
+    : width_(width), parameters_(parameters), pairs_(std::move(pairs)), rows_(std::move(rows)) {
+  if (rows_.empty()) {
+    rows_.resize(static_cast<std::size_t>(width));
+    std::iota(rows_.begin(), rows_.end(), Index{0});
+  }
+  products_.setZero(size() * terms(), groups);
+  if (!has_all_rows()) totals_.setZero(width * width, terms());
   sum_log_.setZero(terms());
   center_.setZero(parameters);
+}
+
+void GroupMoments::keep(Index group, const double* products) {
+  for (Index t = 0; t < terms(); ++t) {
+    const Eigen::Map<const MatrixXd> whole(products + t * width_ * width_, width_, width_);
+    Eigen::Map<MatrixXd>(term(group, t), std::ssize(rows_), width_) = whole(rows_, Eigen::all);
+  }
+}
+
+MatrixXd GroupMoments::total(Index term) const {
+  if (!has_all_rows()) return totals_.col(term).reshaped(width_, width_);
+  MatrixXd sum = MatrixXd::Zero(width_, width_);
+  for (Index group = 0; group < groups(); ++group) {
+    sum += Eigen::Map<const MatrixXd>(this->term(group, term), width_, width_);
+  }
+  return sum;
 }
 
 void GroupMoments::divide_columns(const VectorXd& sizes) {
   VectorXd divisors = VectorXd::Ones(width_);
   divisors.head(width_ - 1) = sizes;
   const VectorXd factor = divisors.cwiseInverse();
+  const VectorXd of_rows = factor(rows_);
   for (Index group = 0; group < groups(); ++group) {
     for (Index t = 0; t < terms(); ++t) {
-      Eigen::Map<MatrixXd> products(term(group, t), width_, width_);
-      products = factor.asDiagonal() * products * factor.asDiagonal();
+      Eigen::Map<MatrixXd> products(term(group, t), std::ssize(rows_), width_);
+      products = of_rows.asDiagonal() * products * factor.asDiagonal();
     }
   }
+  const VectorXd of_totals = (factor * factor.transpose()).reshaped();
+  if (!has_all_rows()) totals_ = of_totals.asDiagonal() * totals_;
 }
 
 VectorXd GroupMoments::term_weights(const VectorXd& displacement) const {

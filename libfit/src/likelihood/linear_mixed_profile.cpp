@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "conditional_modes/random_places.hpp"
 #include "likelihood/crossed_profile.hpp"
 #include "likelihood/level_algebra.hpp"
 #include "likelihood/profile_sums.hpp"
@@ -306,6 +307,24 @@ VectorXd expected_squares(const LinearMixedModel& model,
   std::vector<MatrixXd> effects;
   for (std::size_t t = 0; t < factors.size(); ++t) {
     effects.emplace_back(factors[t] * at.spherical[t]);
+  }
+  if (model.random.crossed) {
+    const RandomPlaces places(model.random.terms);
+    VectorXd fixed(w);
+    fixed << -at.coefficients, VectorXd::Zero(model.random_only), 1.0;
+    double sum = fixed.dot(moments.total(0) * fixed);
+    for (Index cell = 0; cell < moments.groups(); ++cell) {
+      VectorXd change = VectorXd::Zero(places.r());
+      for (std::size_t t = 0; t < effects.size(); ++t) {
+        const Index of = model.random.of_groups[t][static_cast<std::size_t>(cell)];
+        change(places.rows[t]) -= effects[t].col(of);
+      }
+      const Eigen::Map<const MatrixXd> rows(moments.term(cell, 0), places.r(), w);
+      VectorXd both = 2.0 * fixed;
+      both(places.all) += change;
+      sum += change.dot(rows * both);
+    }
+    return VectorXd::Constant(1, sum);
   }
   VectorXd result(moments.groups());
   const auto fill = [&](Index begin, Index end) {

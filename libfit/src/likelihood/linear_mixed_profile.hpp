@@ -30,27 +30,44 @@ using RelativeFactors = std::vector<MatrixXd>;
 /// The derivatives form a Taylor series around the parameters d of the weights:
 /// term 0, then the m first derivatives, then the second ones of pairs(). Pairs that are not
 /// listed have none.
+///
+/// Crossed terms have many small groups, of which only the rows of the columns with random effects
+/// are needed beside the sum over all groups.
 class GroupMoments {
  public:
   GroupMoments() = default;
+  /// \param rows  ascending, those that are kept of each group's matrices; none: all
   GroupMoments(Index width,
                Index groups,
                Index parameters,
-               std::vector<std::pair<Index, Index>> pairs);
+               std::vector<std::pair<Index, Index>> pairs,
+               std::vector<Index> rows = {});
 
   Index width() const { return width_; }
+  /// (r) the kept rows.
+  const std::vector<Index>& rows() const { return rows_; }
+  bool has_all_rows() const { return std::ssize(rows_) == width_; }
   Index groups() const { return products_.cols(); }
   Index parameters() const { return parameters_; }
   const std::vector<std::pair<Index, Index>>& pairs() const { return pairs_; }
   Index terms() const { return 1 + parameters_ + static_cast<Index>(pairs_.size()); }
-  /// The (width x width) matrix of a term, symmetric.
-  double* term(Index group, Index term) {
-    return products_.col(group).data() + term * width_ * width_;
-  }
+  /// The (r x width) rows of the matrix of a term, which is symmetric.
+  double* term(Index group, Index term) { return products_.col(group).data() + term * size(); }
   const double* term(Index group, Index term) const {
-    return products_.col(group).data() + term * width_ * width_;
+    return products_.col(group).data() + term * size();
   }
-  bool all_finite() const { return products_.allFinite() && sum_log_.allFinite(); }
+  /// (r width x G) the same of all groups.
+  auto term(Index term) const { return products_.middleRows(term * size(), size()); }
+  /// Keeps the rows of a group.
+  /// \param products  (width x width x terms)
+  void keep(Index group, const double* products);
+  /// (width x width) the sum of a term over all groups.
+  MatrixXd total(Index term) const;
+  /// \param totals  (width^2 x terms) of some groups, if not all of their rows are kept
+  void add_totals(const MatrixXd& totals) { totals_ += totals; }
+  bool all_finite() const {
+    return products_.allFinite() && totals_.allFinite() && sum_log_.allFinite();
+  }
   /// Converts the columns of X to other units: each is divided by its size.
   void divide_columns(const VectorXd& sizes);
   /// (terms) the sum of log g and its derivatives.
@@ -71,10 +88,14 @@ class GroupMoments {
   VectorXd sum_log_gradient(const VectorXd& displacement) const;
 
  private:
+  Index size() const { return std::ssize(rows_) * width_; }
+
   Index width_ = 0;
   Index parameters_ = 0;
   std::vector<std::pair<Index, Index>> pairs_;
-  MatrixXd products_;  ///< (width^2 terms x G)
+  std::vector<Index> rows_;
+  MatrixXd products_;  ///< (r width terms x G)
+  MatrixXd totals_;    ///< (width^2 x terms) sums, if not all rows are kept
   VectorXd sum_log_;
   VectorXd center_;
 };
@@ -131,7 +152,8 @@ LinearMixedProfile profile(const LinearMixedModel& model,
                            bool with_derivatives,
                            const HeldParameters& held = {});
 
-/// (G) the weighted squares of the linear model at given effects: those of w - X beta - Z b.
+/// (G) the weighted squares of the linear model at given effects: those of w - X beta - Z b; of
+/// crossed terms (1) their sum.
 VectorXd expected_squares(const LinearMixedModel& model,
                           const RelativeFactors& factors,
                           const LinearMixedProfile& at);

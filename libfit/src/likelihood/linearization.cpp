@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "conditional_modes/effect_layout.hpp"
+#include "conditional_modes/random_places.hpp"
 #include "model/model_groups.hpp"
 #include "silvafit/base/parallel.hpp"
 #include "silvafit/data/row_sums.hpp"
@@ -304,14 +305,13 @@ void Linearizer::add_segment(const Pass& pass,
   if (pass.expand) add_terms(pass, segment, offset, scratch, products, sums);
 }
 
-void Linearizer::finish_group(const Pass& pass, Index group) const {
-  GroupMoments& moments = pass.result.model.moments;
+void Linearizer::finish_group(const Pass& pass, Index group, double* products) const {
+  const GroupMoments& moments = pass.result.model.moments;
   const Index w = moments.width();
   const Index p = w - 1;
-  pass.result.squares[group] = moments.term(group, 0)[p * w + p];
+  pass.result.squares[group] = products[p * w + p];
   const VectorXd effects = mixed_effects(pass.point, effect_columns_, group);
-  for (Index term = 0; term < moments.terms(); ++term) {
-    double* const products = moments.term(group, term);
+  for (Index term = 0; term < moments.terms(); ++term, products += w * w) {
     for (Index a = 0; a < p; ++a) {
       for (Index c = 0; c < w; ++c) {
         products[a * w + c] *= pass.point.units[a];
@@ -328,6 +328,16 @@ void Linearizer::finish_group(const Pass& pass, Index group) const {
       for (Index a = 0; a < w; ++a) products[a * w + p] += share * products[a * w + j];
     }
   }
+}
+
+void Linearizer::close_group(const Pass& pass, Index group, ChunkSums& sums) const {
+  GroupMoments& moments = pass.result.model.moments;
+  finish_group(pass, group, sums.open.data());
+  if (group < pass.point.first_group || group >= pass.point.last_group) return;
+  moments.keep(group, sums.open.data());
+  if (moments.has_all_rows()) return;
+  const Index w = moments.width();
+  sums.totals += Eigen::Map<const MatrixXd>(sums.open.data(), w * w, moments.terms());
 }
 
 void Linearizer::center(const VectorXd& log_squares, Linearization& result) const {
@@ -355,10 +365,10 @@ void Linearizer::linearize_chunk(const Pass& pass,
   sums.sum_log.setZero(moments.terms());
   sums.log_squares.setZero(static_cast<Index>(variance_.quantities().size()));
   const Segment& begin = segments_[blocks_[chunks_[chunk]]];
-  if (!begin.is_first) {
-    sums.carried.assign(
-        static_cast<std::size_t>(moments.terms() * moments.width() * moments.width()), 0.0);
-  }
+  const Index squared = moments.width() * moments.width();
+  const auto size = static_cast<std::size_t>(moments.terms() * squared);
+  if (!begin.is_first) sums.carried.assign(size, 0.0);
+  if (!moments.has_all_rows()) sums.totals.setZero(squared, moments.terms());
   for (std::size_t block = chunks_[chunk]; block < chunks_[chunk + 1]; ++block) {
     const std::size_t first = blocks_[block];
     const std::size_t last = blocks_[block + 1];
@@ -369,31 +379,34 @@ void Linearizer::linearize_chunk(const Pass& pass,
     for (std::size_t s = first; s < last; ++s) {
       const Segment& segment = segments_[s];
       const bool is_carried = !begin.is_first && segment.group == begin.group;
+      if (segment.is_first) sums.open.assign(size, 0.0);
       add_segment(pass,
                   segment,
                   segments_[first].begin,
                   scratch,
-                  is_carried ? sums.carried.data() : moments.term(segment.group, 0),
+                  is_carried ? sums.carried.data() : sums.open.data(),
                   is_carried ? sums.carried_before : pass.result.squares_before[segment.group],
                   sums);
-      if (segment.is_last && !is_carried && variance_.correlated() == nullptr)
-        finish_group(pass, segment.group);
+      if (!segment.is_last || is_carried || variance_.correlated() != nullptr) continue;
+      close_group(pass, segment.group, sums);
+      sums.open.clear();
     }
   }
 }
 
-void Linearizer::add_carried(const Pass& pass, const std::vector<ChunkSums>& chunks) const {
-  GroupMoments& moments = pass.result.model.moments;
-  for (std::size_t chunk = 0; chunk < chunks.size(); ++chunk) {
-    const ChunkSums& sums = chunks[chunk];
+void Linearizer::add_carried(const Pass& pass, std::vector<ChunkSums>& chunks) const {
+  for (std::size_t chunk = 1; chunk < chunks.size(); ++chunk) {
+    ChunkSums& sums = chunks[chunk];
     if (sums.carried.empty() || variance_.correlated() != nullptr) continue;
     const Index group = segments_[blocks_[chunks_[chunk]]].group;
-    double* const products = moments.term(group, 0);
-    for (std::size_t k = 0; k < sums.carried.size(); ++k) products[k] += sums.carried[k];
+    ChunkSums& before = chunks[chunk - 1];
+    before.open.resize(sums.carried.size());
+    for (std::size_t k = 0; k < sums.carried.size(); ++k) before.open[k] += sums.carried[k];
     pass.result.squares_before[group] += sums.carried_before;
     const bool ends_here =
         model_.group_begin(group + 1) <= segments_[blocks_[chunks_[chunk + 1]] - 1].end;
-    if (ends_here) finish_group(pass, group);
+    if (ends_here) close_group(pass, group, before);
+    if (!ends_here) sums.open = std::move(before.open);
   }
 }
 
@@ -409,12 +422,15 @@ bool Linearizer::linearize(const LinearizationPoint& point,
   result.model.observations = model_.observations();
   result.model.random_only = model_.column_count() - model_.coefficient_count();
   result.model.threads = model_.threads();
-  result.model.moments =
-      expand ? GroupMoments(width,
-                            model_.group_count(),
-                            variance_.parameter_count(),
-                            variance_.correlated() == nullptr ? pairs_ : decltype(pairs_){})
-             : GroupMoments(width, model_.group_count(), 0, {});
+  using Pairs = decltype(pairs_);
+  const bool has_series = expand && variance_.correlated() == nullptr;
+  std::vector<Index> rows;
+  if (random_.crossed) rows = RandomPlaces(random_.terms).all;
+  result.model.moments = GroupMoments(width,
+                                      model_.group_count(),
+                                      expand ? variance_.parameter_count() : 0,
+                                      has_series ? pairs_ : Pairs{},
+                                      std::move(rows));
   result.mean.resize(model_.observations());
   result.weight.resize(varies ? model_.observations() : 0);
   result.squares.setZero(model_.group_count());
@@ -435,6 +451,7 @@ bool Linearizer::linearize(const LinearizationPoint& point,
   for (const ChunkSums& sums : chunks) {
     result.model.moments.sum_log() += sums.sum_log;
     log_squares += sums.log_squares;
+    if (sums.totals.size() > 0) result.model.moments.add_totals(sums.totals);
   }
   if (variance_.correlated() != nullptr) return add_correlated(pass);
   if (before != nullptr && before->weight.size() == 0) result.squares_before = result.squares;

@@ -100,6 +100,8 @@ class Linearizer {
     VectorXd log_squares{};         ///< by quantity
     std::vector<double> carried{};  ///< (terms x width x width) of that group, empty without one
     double carried_before = 0.0;    ///< of its squares_before
+    std::vector<double> open{};     ///< the same of a group that ends in a later chunk
+    MatrixXd totals{};              ///< (width^2 x terms) of groups without all their rows
   };
   /// A second derivative of log g by two quantities, which may be zero everywhere.
   struct QuantityPair {
@@ -155,7 +157,7 @@ class Linearizer {
                  double* products,
                  ChunkSums& sums) const;
   /// Adds the parts of groups that extend over several chunks.
-  void add_carried(const Pass& pass, const std::vector<ChunkSums>& chunks) const;
+  void add_carried(const Pass& pass, std::vector<ChunkSums>& chunks) const;
   bool is_linear(const Term& term) const;
   /// The quantities of a term's derivative, the same one twice for a first derivative.
   std::pair<std::size_t, std::size_t> quantities_of(const Term& term) const;
@@ -191,7 +193,11 @@ class Linearizer {
   void add_correlated_group(const Pass& pass, Index group, VectorXd& sum_log) const;
   /// (n x m) the derivatives of log g of some rows by the parameters of g.
   MatrixXd scale_slopes(const std::vector<Index>& rows) const;
-  void finish_group(const Pass& pass, Index group) const;
+  /// Converts the products of a whole group to those of the linear model.
+  /// \param products  (width x width x terms)
+  void finish_group(const Pass& pass, Index group, double* products) const;
+  /// The same, and keeps them.
+  void close_group(const Pass& pass, Index group, ChunkSums& sums) const;
   /// The range in which the series is accurate.
   void center(const VectorXd& log_squares, Linearization& result) const;
   static void add_products(const double* weight, Index rows, Scratch& scratch, double* target);

@@ -118,7 +118,7 @@ bool Linearizer::add_correlated(const Pass& pass) {
     const Index end = std::min(begin + kPartGroups, pass.point.first_group + groups);
     for (Index group = begin; group < end; ++group) {
       add_correlated_group(pass, group, sums[part]);
-      finish_group(pass, group);
+      finish_group(pass, group, pass.result.model.moments.term(group, 0));
     }
   });
   for (const VectorXd& sum : sums) pass.result.model.moments.sum_log() += sum;

@@ -21,13 +21,8 @@ namespace {
 
 /// (p x p) cross products of the columns of X.
 MatrixXd column_products(const Linearization& at) {
-  const GroupMoments& moments = at.model.moments;
-  const Index w = moments.width();
-  MatrixXd sum = MatrixXd::Zero(w, w);
-  for (Index group = 0; group < moments.groups(); ++group) {
-    sum += Eigen::Map<const MatrixXd>(moments.term(group, 0), w, w);
-  }
-  return sum.topLeftCorner(w - 1, w - 1);
+  const Index p = at.model.moments.width() - 1;
+  return at.model.moments.total(0).topLeftCorner(p, p);
 }
 
 /// Root mean squares of the columns of X, 1 for zero columns.

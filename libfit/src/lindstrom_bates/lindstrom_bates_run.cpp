@@ -152,8 +152,13 @@ class LindstromBates::Run {
       return squares_end_ == SquaresEnd::kRounded || curve_decrement_ <= kLoosestSquares;
     }
     // Movements of the coefficients below the rounding error of the sums of squares are not
-    // visible.
-    const double rounding = 1e-15 * static_cast<double>(engine_.model_.observations());
+    // visible. That of a factorization grows with the root of the number of its effects.
+    double rounding = 1e-15 * static_cast<double>(engine_.model_.observations());
+    if (engine_.model_.crossed() != nullptr) {
+      Index effects = 0;
+      for (const MatrixXd& of_term : state_.spherical) effects += of_term.size();
+      rounding *= std::sqrt(static_cast<double>(effects));
+    }
     return curve_decrement_ <= std::max(engine_.tolerance_, rounding);
   }
 
@@ -216,7 +221,10 @@ class LindstromBates::Run {
     auto point = std::make_shared<Linearization>();
     if (!engine_.linearize(trial, at_.get(), *point)) return refuse();
     const VectorXd expected = expected_squares(at_->model, engine_.factors(theta), target);
-    const VectorXd excess = point->squares_before - expected;
+    // Crossed terms have only the sum: their effects move many groups.
+    const bool has_groups = expected.size() == point->squares_before.size();
+    const double excess = point->squares_before.sum() - expected.sum();
+    const double most = has_groups ? (point->squares_before - expected).maxCoeff() : excess;
     const double total = at_->squares.sum();
     const double penalty = trial.penalty() - state_.penalty();
     const double gain = std::max(0.0, total - expected.sum() - penalty);
@@ -224,8 +232,7 @@ class LindstromBates::Run {
     // increase by a hundredth.
     constexpr double kLoss = 0.01;
     constexpr double kRunsOff = 0.1;
-    if (excess.sum() > 0.5 * gain + kLoss * expected.sum() ||
-        excess.maxCoeff() > kRunsOff * total) {
+    if (excess > 0.5 * gain + kLoss * expected.sum() || most > kRunsOff * total) {
       return refuse();
     }
     state_ = std::move(trial);

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "conditional_modes/effect_layout.hpp"
+#include "conditional_modes/random_places.hpp"
 #include "likelihood/crossed_profile.hpp"
 #include "model/correlated_rows.hpp"
 #include "model/model_groups.hpp"
@@ -89,12 +90,15 @@ MatrixXd crossed_covariance(const NonlinearModel& model,
   for (Index c = 0; c <= model.cluster_count(); ++c) {
     random.cluster_begin.push_back(model.cluster_begin(c));
   }
-  const MatrixXd sum =
-      without_crossed_effects(random, factors, columns.cols(), [&](Index cell) -> MatrixXd {
-        const Index begin = model.group_begin(cell);
-        const MatrixXd rows = columns.middleRows(begin, model.group_begin(cell + 1) - begin);
-        return rows.transpose() * rows;
-      });
+  GroupMoments moments(columns.cols(), model.group_count(), 0, {}, RandomPlaces(random.terms).all);
+  for (Index cell = 0; cell < model.group_count(); ++cell) {
+    const Index begin = model.group_begin(cell);
+    const MatrixXd rows = columns.middleRows(begin, model.group_begin(cell + 1) - begin);
+    const MatrixXd products = rows.transpose() * rows;
+    moments.keep(cell, products.data());
+    moments.add_totals(products.reshaped());
+  }
+  const MatrixXd sum = without_crossed_effects(random, factors, moments);
   const MatrixXd inverse = sum.bottomRightCorner(p, p).llt().solve(MatrixXd(frame.transpose()));
   return frame * inverse;
 }
