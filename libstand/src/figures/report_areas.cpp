@@ -71,7 +71,7 @@ void ReportMaker::add_empty_plots(const Inventory& inventory, std::vector<Sample
   const auto& windows = options_.units.windows;
   const auto every = std::ranges::find(windows, kEveryPlot, &NamedWindow::plot);
   const bool has_window = every != windows.end();
-  const double area_m2 = has_window ? every->window.area_m2() : options_.plot_area_m2.value_or(0.0);
+  const double area_m2 = area_of_every_plot_m2(options_.plot_area_m2, windows);
   std::set<std::string> known(inventory.plots_left_out.begin(), inventory.plots_left_out.end());
   known.insert(plots_left_out_.begin(), plots_left_out_.end());
   known.insert(inventory.plot.levels().begin(), inventory.plot.levels().end());

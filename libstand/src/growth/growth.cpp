@@ -201,6 +201,14 @@ void GrowthMaker::find_areas() {
     for (const std::size_t tree : area.trees) is_counted_[tree] = 1;
     areas_.emplace(area.name, std::move(area));
   }
+  // Plots without living trees have no rows from which their areas could be known.
+  const double every_m2 = area_of_every_plot_m2(options_.plot_area_m2, options_.units.windows);
+  for (const MeasuredPlot& plot : plots_) {
+    for (std::size_t k = 0; every_m2 > 0.0 && k < plot.occasions.size(); ++k) {
+      const std::string label = label_of(plot, k);
+      areas_.try_emplace(label, SampledArea{.name = label, .area_m2 = every_m2});
+    }
+  }
   if (!options_.units.windows.empty()) note_uncounted();
 }
 

@@ -313,6 +313,25 @@ TEST_CASE("A condition does not lose the fates of trees") {
   const GrowthReport report = fates("dbh >= 7 || status == 'dead'");
   CHECK(value_of(report.plots[0], 0, GrowthPart::kMortality) == Approx(20.0 / 5.0));
   CHECK(value_of(report.plots[0], 0, GrowthPart::kIngrowth) == Approx(20.0 / 5.0));
+  // The only fir was cut before the second visit, of which the condition leaves no row.
+  const CheckedInventory firs = read_inventory(
+      csv_of("plot,tree,species,year,dbh\n1,1,fir,2000,30\n1,2,oak,2000,20\n1,2,oak,2005,22\n"
+             "2,1,fir,2000,30\n2,1,fir,2005,33\n"),
+      {.where = "species == 'fir'", .keeps_measurements = true});
+  CHECK(tells(firs.notes,
+              "1 of 4 visits of plots have no such row and are known, with the trees "
+              "that died or were cut before them, only if a table of `plots`"));
+}
+
+TEST_CASE("Plots without living trees have the area of every plot") {
+  const CheckedInventory trees = measured(
+      "plot,tree,year,dbh,status\n1,1,2000,20,alive\n1,1,2005,22,alive\n"
+      "2,1,2000,,dead\n2,1,2005,,dead\n");
+  const GrowthReport report = growth_report(trees.inventory, {.plot_area_m2 = 500.0});
+  REQUIRE(report.plots.size() == 2);
+  CHECK(value_of(report.plots[1], 0, GrowthPart::kStart) == 0.0);
+  // One tree on 500 m2 is 20 per ha; with the empty plot 10.
+  CHECK(estimate_in(report.strata.back(), 0, GrowthPart::kStart).per_ha == Approx(10.0));
 }
 
 TEST_CASE("Parts of one visit are not times of their own") {

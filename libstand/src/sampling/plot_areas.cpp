@@ -31,6 +31,12 @@ double recorded_area_m2(const PlotRecord& record, std::size_t subplots, const st
   return result;
 }
 
+double area_of_every_plot_m2(const std::optional<double>& plot_area_m2,
+                             const std::vector<NamedWindow>& windows) {
+  const auto every = std::ranges::find(windows, kEveryPlot, &NamedWindow::plot);
+  return every != windows.end() ? every->window.area_m2() : plot_area_m2.value_or(0.0);
+}
+
 void check_table_beside_areas(const PlotTable& table, const std::vector<SampledArea>& areas) {
   for (const PlotRecord& record : table.plots) {
     const Place place{.file = table.file, .line = record.line, .plot = record.plot};

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,10 @@ inline bool is_same_area(double left_m2, double right_m2) {
 /// The area of a whole plot by its area, radius or expansion factor; NaN if it has none.
 /// \throws InputError if these do not agree
 double recorded_area_m2(const PlotRecord& record, std::size_t subplots, const std::string& file);
+
+/// The one area or window that is that of every plot; 0 if there is none.
+double area_of_every_plot_m2(const std::optional<double>& plot_area_m2,
+                             const std::vector<NamedWindow>& windows);
 
 /// Checks a table of plots beside areas that are given otherwise, by `plot_area` or windows.
 /// \throws UsageError if it has shares, which are not applied to these; InputError if it has

@@ -446,16 +446,37 @@ std::size_t rows_without_value(const data::Table& table, const std::vector<std::
 }
 
 /// A condition on trees may take all trees of a plot, which then is in no mean per hectare.
+/// The field of the time of measurement, if the table has one.
+std::optional<std::size_t> time_field(const InventoryOptions& options,
+                                      const Names& header,
+                                      const std::string& file) {
+  for (const char* name : {"year", "date"}) {
+    const auto fields = fields_of(name, header, options.columns, file);
+    if (!fields.empty()) return fields.front();
+  }
+  const auto usual = usual_time_column(header);
+  return usual ? field_named(*usual, header) : std::nullopt;
+}
+
+/// The calendar year of a time, as a text; a time of which it is not known as it is.
+std::string calendar_year(std::string_view time) {
+  const auto years = years_of(time);
+  return years ? fmt::format("{}", std::floor(*years)) : std::string(time);
+}
+
 std::string Preparation::plots_lost(const Text& chosen) const {
   const auto fields = fields_of("plot", header(), wanted_.columns, text_->name);
   if (is_part_ || fields.empty()) return {};
-  const auto plots_in = [&fields](const Text& text) {
+  std::optional<std::size_t> time;
+  if (wanted_.keeps_measurements) time = time_field(wanted_, header(), text_->name);
+  const auto plots_in = [&](const Text& text) {
     std::set<std::string> plots;
     data::CsvReader rows(text);
     Fields row;
     while (rows.next(row)) {
       std::string label;
       for (const std::size_t field : fields) label.append(row[field]).append("+");
+      if (time) label += calendar_year(row[*time]);
       plots.insert(std::move(label));
     }
     return plots.size();
@@ -464,10 +485,11 @@ std::string Preparation::plots_lost(const Text& chosen) const {
   const std::size_t lost = all - plots_in(chosen);
   if (lost == 0) return {};
   return fmt::format(
-      "; {} of {} plots have no such row and are in the sample only if a table of `plots` lists "
-      "them{}",
+      "; {} of {} {} no such row and are {} only if a table of `plots` lists them{}",
       lost,
       all,
+      time ? "visits of plots have" : "plots have",
+      time ? "known, with the trees that died or were cut before them," : "in the sample",
       wanted_.keeps_measurements ? "" : "; `by` keeps them all");
 }
 

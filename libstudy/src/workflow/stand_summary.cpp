@@ -136,6 +136,9 @@ void refuse_lone_minus_one(std::span<const double> values, Place place) {
 /// \throws InputError if one is not a column of numbers, or has what may be a code
 void add_totals(const StandOptions& options, stand::Inventory& inventory) {
   for (const std::string& column : options.totals) {
+    if (std::ranges::count(options.totals, column) > 1) {
+      throw UsageError(fmt::format("'{}' is given twice", column), {.column = "`totals`"});
+    }
     const bool is_other = inventory.other.has(column);
     const data::Table table = is_other ? data::Table() : stand::to_table(inventory);
     const data::Table& source = is_other ? inventory.other : table;
