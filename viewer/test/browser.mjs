@@ -32,13 +32,15 @@ export const launchWithoutWebGl = () => chromium.launch({ executablePath: chromi
  * Opens a file in a browser of its own context.
  * @param {import("playwright-core").Browser} browser
  * @param {string} file
- * @param {import("playwright-core").BrowserContextOptions & {timeout?: number}} options  with the longest wait [ms]
+ * @param {import("playwright-core").BrowserContextOptions & {timeout?: number, pixelRatio?: number}} options  with the longest
+ *   wait [ms], and pixels of a canvas per CSS pixel: fewer of them where only the page around it matters
  * @returns {Promise<{page: import("playwright-core").Page, problems: string[]}>}  `problems` grows while the page lives
  */
-export async function openPage(browser, file, { timeout = 30_000, ...options } = {}) {
+export async function openPage(browser, file, { timeout = 30_000, pixelRatio, ...options } = {}) {
   const context = await browser.newContext(options);
   context.setDefaultTimeout(timeout);
   const page = await context.newPage();
+  if (pixelRatio) await page.addInitScript((value) => Object.defineProperty(window, "devicePixelRatio", { value, configurable: true }), pixelRatio);
   const problems = [];
   const self = pathToFileURL(file).href;
   page.on("console", (message) => {

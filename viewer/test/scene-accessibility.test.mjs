@@ -6,7 +6,8 @@ import axe from "axe-core";
 import { inWebGl } from "./scene-page.mjs";
 import { sceneExample } from "./template.mjs";
 
-const { skip, withScene } = inWebGl();
+const { skip, withScene: withSharpScene } = inWebGl();
+const withScene = (data, options, use) => withSharpScene(data, { pixelRatio: 0.25, ...options }, use);
 const RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"];
 
 async function violations(page) {

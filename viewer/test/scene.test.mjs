@@ -385,7 +385,7 @@ function sceneAlone(glb) {
 
 test("what is told of a chosen tree is seen at once", { skip }, async () => {
   for (const viewport of [{ width: 320, height: 640 }, { width: 1440, height: 700 }, { width: 3840, height: 2160 }]) {
-    await withScene(sceneExample(), { viewport }, async (page) => {
+    await withScene(sceneExample(), { viewport, pixelRatio: 0.25 }, async (page) => {
       const isSeen = () =>
         page.evaluate(() => {
           const panel = document.getElementById("panel").getBoundingClientRect();
