@@ -24,6 +24,8 @@ struct Card {
   Point along{};           ///< to its tip, as long as the card
   Point across{};          ///< from its middle to its right edge
   bool is_inside = false;  ///< known to be inside the crown
+
+  double area_m2() const { return 2.0 * length(along) * length(across); }
 };
 
 class CardWriter {
@@ -50,32 +52,36 @@ class CardWriter {
     tree_color_ = {bright * (1.0 + warm), bright, bright * (1.0 - warm)};
   }
 
+  /// The shoots of a site from here on: drawn, or only measured.
+  void draw(bool is_drawn) { is_drawn_ = is_drawn; }
+
   /// \param number  of the shoot, which gives its side of the branch
-  void add(const OnAxis& place,
-           double end,
-           const ShootSite& site,
-           double size_m,
-           std::uint32_t number,
-           Jitter& jitter) {
+  /// \returns the area of its cards [m2]
+  double add(const OnAxis& place,
+             double end,
+             const ShootSite& site,
+             double size_m,
+             std::uint32_t number,
+             Jitter& jitter) {
     const Point outward = light_.outward(place.at);
     const Point along = site.free ? place.along : direction_of(place, end, outward, number, jitter);
     const double size = size_m * (1.0 + 0.15 * jitter.next());
     Point base = moved_inside(place.at, along, size, 0.75 * size);
     if (!crown_.contains(base)) base = crown_.confine(base);
-    crossed_cards(place.at,
-                  base,
-                  along,
-                  size,
-                  outward,
-                  number,
-                  jitter,
-                  site.free                    ? At::kBeside
-                  : end > 0.5 && !site.is_twig ? At::kEnd
-                                               : At::kBranch);
+    return crossed_cards(place.at,
+                         base,
+                         along,
+                         size,
+                         outward,
+                         number,
+                         jitter,
+                         site.free                    ? At::kBeside
+                         : end > 0.5 && !site.is_twig ? At::kEnd
+                                                      : At::kBranch);
   }
 
   /// The shoot at the very end of a branch, which covers its tip.
-  void add_tip(const OnAxis& place, double size_m, std::uint32_t number, Jitter& jitter) {
+  double add_tip(const OnAxis& place, double size_m, std::uint32_t number, Jitter& jitter) {
     const Point outward = light_.outward(place.at);
     Point along = direction_of(place, 1.0, outward, number, jitter);
     if (place.at.z <= crown_.hc_m()) {
@@ -88,15 +94,15 @@ class CardWriter {
     const double size = size_m * (1.0 + 0.15 * jitter.next());
     Point base = moved_inside(place.at, along, size, size);
     if (!crown_.contains(base)) base = crown_.confine(base);
-    crossed_cards(place.at, base, along, size, outward, number, jitter, At::kTip);
+    return crossed_cards(place.at, base, along, size, outward, number, jitter, At::kTip);
   }
 
   /// A whole twig, which stays at its branch and is shorter if it would reach out of the crown.
-  void add_twig(Point base, Point chord, double size_m, std::uint32_t number, Jitter& jitter) {
+  double add_twig(Point base, Point chord, double size_m, std::uint32_t number, Jitter& jitter) {
     const Point along = direction(direction(chord) + Point{0.0, 0.0, shoots_.lift});
     const double room = crown_.length_inside_m(base, along, size_m);
-    if (room > 0.0)
-      crossed_cards(base, base, along, room, light_.outward(base), number, jitter, At::kEnd);
+    if (!(room > 0.0)) return 0.0;
+    return crossed_cards(base, base, along, room, light_.outward(base), number, jitter, At::kEnd);
   }
 
  private:
@@ -138,14 +144,14 @@ class CardWriter {
 
   /// Two cards, each smaller if the crown has no room for it.
   /// \param branch  where the shoot is on its branch
-  void crossed_cards(Point branch,
-                     Point base,
-                     Point along,
-                     double size_m,
-                     Point outward,
-                     std::uint32_t number,
-                     Jitter& jitter,
-                     At at) {
+  double crossed_cards(Point branch,
+                       Point base,
+                       Point along,
+                       double size_m,
+                       Point outward,
+                       std::uint32_t number,
+                       Jitter& jitter,
+                       At at) {
     const Point up = upper_side(along, outward, jitter);
     const Point side = cross(along, up);
     const Point crossed = cross_cos_ * side + cross_sin_ * up;
@@ -167,9 +173,13 @@ class CardWriter {
         cards.begin(), cards.end(), [&](const Card& card) { return reaches(card, branch); });
     // Where the crown has hardly any room, a shoot would float beside its branch.
     if (at == At::kBranch && !is_attached) cards = cards_at(branch);
-    for (const Card& drawn : cards) {
-      if (at != At::kBeside || fits(drawn)) card(drawn, picture, outward, color);
+    double area_m2 = 0.0;
+    for (const Card& one : cards) {
+      if (at == At::kBeside && !fits(one)) continue;
+      area_m2 += one.area_m2();
+      if (is_drawn_) card(one, picture, outward, color);
     }
+    return area_m2;
   }
 
   /// Where the middle line of a card is nearest to a point, as a proportion of its length.
@@ -312,6 +322,43 @@ class CardWriter {
   CrownLight light_;
   Boughs boughs_;
   PartBuilder& build_;
+  bool is_drawn_ = true;
+};
+
+/// The shoot of a site, at the level's size or at that of level 0.
+class SiteDresser {
+ public:
+  SiteDresser(const Skeleton& skeleton,
+              const Crown& crown,
+              const WoodShift& shift,
+              double size_m,
+              CardWriter& writer)
+      : skeleton_(skeleton), crown_(crown), shift_(shift), size_m_(size_m), writer_(writer) {}
+
+  /// \param larger  relative to the shoots of level 0
+  /// \returns the area of its cards [m2]
+  double dress(const ShootSite& site, std::uint32_t number, double larger, Jitter jitter) {
+    const auto axis = skeleton_.points_of(skeleton_.axes[site.axis]);
+    OnAxis place = site.free ? *site.free : on_axis(axis, site.along_m);
+    if (shift_) place.at = place.at + shift_(site.axis, place.at);
+    place.at = crown_.confine(place.at);
+    if (site.twig_m > 0.0) {
+      const Point chord = axis.back().at - axis.front().at;
+      return writer_.add_twig(place.at, chord, larger * site.twig_m, number, jitter);
+    }
+    const double size_m = larger * size_m_;
+    if (site.is_tip) return writer_.add_tip(place, size_m, number, jitter);
+    // The last shoots of a branch continue it.
+    const double end = std::clamp(1.0 - site.rest_m / (0.6 * size_m), 0.0, 1.0);
+    return writer_.add(place, end, site, size_m, number, jitter);
+  }
+
+ private:
+  const Skeleton& skeleton_;
+  const Crown& crown_;
+  const WoodShift& shift_;
+  double size_m_;  ///< of level 0
+  CardWriter& writer_;
 };
 
 }  // namespace
@@ -342,30 +389,25 @@ void add_shoots(const Skeleton& skeleton,
                 PartBuilder& build) {
   const Jitter tree(random);
   const auto [size_m, sites] = shoot_sites(skeleton, crown, shoots, random, options);
-  const double larger = std::sqrt(static_cast<double>(options.foliage_per));
-  const std::size_t drawn = sites.size() / static_cast<std::size_t>(options.foliage_per) + 2;
-  build.reserve(12 * drawn, 8 * drawn);
+  const auto per = static_cast<std::uint32_t>(options.foliage_per);
+  const double larger = std::sqrt(static_cast<double>(per));
   CardWriter writer(skeleton, crown, shoots, variation, tree, build);
+  SiteDresser sites_of(skeleton, crown, shift, size_m, writer);
+  // Larger shoots have less room in the crown: what they lose, the shoots of other sites cover.
+  double owed_m2 = 0.0;
   for (std::uint32_t i = 0; i < sites.size(); ++i) {
-    Jitter jitter(random);
-    if (i % static_cast<std::uint32_t>(options.foliage_per) != 0) continue;
-    const ShootSite& site = sites[i];
-    OnAxis place = site.free ? *site.free
-                             : on_axis(skeleton.points_of(skeleton.axes[site.axis]), site.along_m);
-    if (shift) place.at = place.at + shift(site.axis, place.at);
-    place.at = crown.confine(place.at);
-    if (site.twig_m > 0.0) {
-      const auto twig = skeleton.points_of(skeleton.axes[site.axis]);
-      writer.add_twig(place.at, twig.back().at - twig.front().at, larger * site.twig_m, i, jitter);
-      continue;
+    const Jitter jitter(random);
+    if (per > 1) {
+      writer.draw(false);
+      owed_m2 += sites_of.dress(sites[i], i, 1.0, jitter);
+      writer.draw(true);
     }
-    if (site.is_tip) {
-      writer.add_tip(place, size_m, i, jitter);
-      continue;
+    // A pair of cards that keep their size.
+    const double whole_m2 = 2.0 * per * size_m * size_m;
+    if (i % per == 0 || owed_m2 > 0.5 * whole_m2) {
+      build.reserve(12, 8);
+      owed_m2 -= sites_of.dress(sites[i], i, larger, jitter);
     }
-    // The last shoots of a branch continue it.
-    const double end = std::clamp(1.0 - site.rest_m / (0.6 * size_m), 0.0, 1.0);
-    writer.add(place, end, site, size_m, i, jitter);
   }
 }
 

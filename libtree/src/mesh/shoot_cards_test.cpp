@@ -80,6 +80,24 @@ TEST_CASE("the shoots of a tree have its leaf area") {
   }
 }
 
+TEST_CASE("coarser levels of detail have the leaf area of the finest one") {
+  for (const char* name : {"generic-broadleaf", "schima-superba", "cunninghamia-lanceolata"}) {
+    const Preset& preset = test::shipped_presets().named(name);
+    for (const double cw_m : {3.0, 4.0, 6.0, 8.0}) {
+      const auto area_at = [&](int level) {
+        const MeshOptions mesh = level_of_detail(level, {.textured = true});
+        return area_m2(grow_tree(tall_tree(cw_m), preset, {.mesh = mesh}).mesh.parts.back());
+      };
+      const double finest = area_at(0);
+      for (int level = 1; level < kLevelsOfDetail; ++level) {
+        INFO(name << ' ' << cw_m << " m, level " << level);
+        // Half a shoot may be missing at the end, of 37 or more.
+        CHECK(area_at(level) == Approx(finest).epsilon(0.014));
+      }
+    }
+  }
+}
+
 TEST_CASE("leaves have the length in their picture to 3 tenths, unless the crown is very small") {
   const Preset& preset = test::shipped_presets().named("schima-superba");
   const auto number = [&](double cw_m) {

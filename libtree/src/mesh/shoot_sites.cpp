@@ -478,8 +478,7 @@ ShootSites shoot_sites(const Skeleton& skeleton,
   for (const LeafyPart& part : parts) leafy_m += part.length_m;
   if (!(leafy_m > 0.0)) return {};
   const ShootNumber number = number_of_shoots(shoots, crown, leafy_m);
-  const double larger = std::sqrt(static_cast<double>(options.foliage_per));
-  const double size_m = larger * number.scale * shoots.length_m;
+  const double size_m = number.scale * shoots.length_m;
   Jitter places(random);
   if (shoots.is_whole_twig) return {size_m, sites_of_whole_twigs(skeleton, parts)};
   SurfaceCells(crown).follow(skeleton, parts);

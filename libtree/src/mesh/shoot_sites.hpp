@@ -32,7 +32,7 @@ struct ShootSite {
   std::optional<OnAxis> free{};  ///< into a gap of the crown, from a branch or from another shoot
 };
 
-/// The sites of a tree's shoots, and their length [m].
+/// The sites of a tree's shoots on the finest level of detail, and their length there [m].
 struct ShootSites {
   double size_m = 0.0;
   std::vector<ShootSite> sites{};
