@@ -493,6 +493,24 @@ class CorrelatedResiduals(ProgramTest):
             errors[name] = math.sqrt(sum((values[k] - truth[k]) ** 2 for k in range(1, len(truth), 2)) / (len(truth) // 2))
         self.assertLess(errors["car1"], 0.65 * errors["independent"])
 
+    def test_measured_neighbors_improve_a_prediction_without_random_effects(self):
+        # Of an AR(1), only the row before informs the one after it: a + b t + phi (y - a - b t).
+        rows = [(g, t, 5 + 0.3 * t + 2 * math.sin(1.7 * g + 0.6 * t) + 0.2 * ((7 * t + 3 * g) % 5)) for g in range(6) for t in range(1, 13)]
+        self.write("series.csv", "g,t,y\n" + "".join(f"{g},{t},{y!r}\n" for g, t, y in rows))
+        fit = self.run_json("fit", "series.csv", "--formula", "y ~ a + b*t", "--correlation", "ar1(t | g)")
+        self.write("series.json", json.dumps(fit))
+        a, b = (fit["fixed"][name]["estimate"] for name in "ab")
+        phi = fit["correlation"]["parameters"]["phi"]
+        self.write("next.csv", "g,t,y\nnew,3,8.5\nnew,4,\n")
+        arguments = ("predict", "series.json", "next.csv", "--level", "calibrated")
+        row = list(csv.DictReader(io.StringIO(self.run_program(*arguments, "--digits", "12").stdout)))[1]
+        self.assertAlmostEqual(float(row["y_pred"]), a + 4 * b + phi * (8.5 - a - 3 * b), delta=1e-8)
+        self.assertEqual(row["y_trees"], "1")
+        # A group may lie in several parts of a file; without groups all rows do.
+        self.write("all.json", json.dumps(self.run_json("fit", "series.csv", "--where", "g == 0", "--formula", "y ~ a + b*t", "--correlation", "ar1(t)")))
+        error = self.run_program("predict", "all.json", "next.csv", "--level", "calibrated", "--stream", status=2).stderr
+        self.assertIn("cannot be read in parts", error)
+
 
 if __name__ == "__main__":
     unittest.main()

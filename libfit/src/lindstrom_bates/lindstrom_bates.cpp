@@ -3,7 +3,6 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -160,6 +159,11 @@ void LindstromBates::set_factors(const RelativeFactors& factors, VectorXd& theta
   });
 }
 
+double LindstromBates::typical_deviation(std::size_t term) const {
+  return 1.0 / (kStartDivisor * std::sqrt(static_cast<double>(model_.observations()) /
+                                          static_cast<double>(model_.group_count(term))));
+}
+
 LindstromBatesState LindstromBates::start(double spread) {
   adopt_units(pooled_.scale, pooled_.mixing);
   LindstromBatesState state{
@@ -172,11 +176,8 @@ LindstromBatesState LindstromBates::start(double spread) {
     const Index groups = model_.group_count(t);
     state.spherical[t].setZero(factor.size(), groups);
     // In scaled coordinates the mean square of each column of Z is one at the start.
-    const double deviation =
-        spread / (kStartDivisor * std::sqrt(static_cast<double>(model_.observations()) /
-                                            static_cast<double>(groups)));
     state.theta.segment(begin, factor.parameter_count()) =
-        factor.from_diagonal(VectorXd::Constant(factor.size(), deviation));
+        factor.from_diagonal(VectorXd::Constant(factor.size(), spread * typical_deviation(t)));
   });
   state.theta.tail(variance_.parameter_count()) = variance_.start();
   return state;
@@ -261,119 +262,8 @@ bool LindstromBates::is_limit(const LindstromBatesOutcome& outcome) {
          (has_constant && has_unbounded_power(model_, result(outcome)));
 }
 
-QuasiNewtonResult LindstromBates::best_theta(const LindstromBatesState& state,
-                                             const QuasiNewtonOptions& options) {
-  Linearization at;
-  if (!linearize(state, nullptr, at)) return {.x = state.theta, .value = kInfinity};
-  const SmoothFunction objective = [&](const VectorXd& theta, VectorXd* by_theta) {
-    const LinearMixedProfile value = profile_near(state, at, theta);
-    if (!value.is_valid) return kInfinity;
-    if (by_theta != nullptr) *by_theta = gradient(theta, value);
-    return value.minus_log_likelihood;
-  };
-  return minimize(objective, state.theta, {}, options);
-}
-
-std::vector<LindstromBates::Start> LindstromBates::ends_of(const LindstromBatesState& state,
-                                                           const std::vector<Start>& starts) {
-  std::vector<Start> ends;
-  for (const Start& start : starts) {
-    const QuasiNewtonResult end = best_theta(with_theta(state, start.theta), kRoughly);
-    if (std::isfinite(end.value) && end.x.allFinite()) ends.push_back({end.x, end.value});
-  }
-  constexpr std::size_t kMost = 5;
-  return lowest(std::move(ends), kMost, 0.0, kVeryStrong);
-}
-
-std::vector<LindstromBates::Start> LindstromBates::variance_ends(const LindstromBatesState& state) {
-  const Index m = variance_.parameter_count();
-  if (m == variance_.correlation_count()) return {};
-  std::vector<Start> starts{{.theta = state.theta}};
-  for (const VectorXd& other : variance_.starts()) {
-    starts.push_back(starts.front());
-    starts.back().theta.tail(m) = other;
-  }
-  // The first one is that of the state, which may know more.
-  starts.erase(starts.begin() + 1);
-  return ends_of(state, starts);
-}
-
-std::vector<LindstromBates::Start> LindstromBates::correlation_starts(
-    const LindstromBatesState& state) {
-  // Random effects and residuals of a long range explain the same differences of groups: all of
-  // these are with the effects, or nearly all with the residuals.
-  constexpr std::array kShares{1.0, 0.1};
-  std::vector<VectorXd> thetas{state.theta};
-  for (Start& end : variance_ends(state)) thetas.push_back(std::move(end.theta));
-  std::vector<Start> result;
-  for (const VectorXd& start : variance_.correlated()->structure().starts()) {
-    for (const VectorXd& from : thetas) {
-      for (const double share : kShares) {
-        VectorXd theta = from;
-        theta.head(random_parameter_count()) *= share;
-        theta.tail(start.size()) = start;
-        Linearization at;
-        if (!theta.allFinite() || !linearize(with_theta(state, theta), nullptr, at)) continue;
-        const LinearMixedProfile value = profile_at(at, theta, false);
-        if (value.is_valid) result.push_back({theta, value.minus_log_likelihood});
-      }
-    }
-  }
-  return result;
-}
-
-std::vector<LindstromBates::Start> LindstromBates::lowest(std::vector<Start> starts,
-                                                          std::size_t most,
-                                                          double apart,
-                                                          double higher) const {
-  std::ranges::stable_sort(starts, {}, &Start::value);
-  const Index last = random_parameter_count() + variance_.parameter_count();
-  const Index range = std::min(last - 1, last - variance_.correlation_count());
-  std::vector<Start> result;
-  for (Start& start : starts) {
-    if (result.size() == most || start.value > starts.front().value + higher) break;
-    const bool is_new = std::ranges::none_of(result, [&](const Start& other) {
-      return std::abs(start.theta[range] - other.theta[range]) < apart ||
-             std::abs(start.value - other.value) < kSameLikelihood;
-    });
-    if (is_new) result.push_back(start);
-  }
-  return result;
-}
-
-std::vector<LindstromBatesState> LindstromBates::with_residuals(const LindstromBatesState& state) {
-  // At most so many descents, from ranges that differ by half or more.
-  constexpr std::size_t kDescents = 10;
-  constexpr double kHalf = 0.6;
-  std::vector<Start> ends;
-  if (variance_.correlated() != nullptr) {
-    ends = ends_of(state, lowest(correlation_starts(state), kDescents, kHalf, kInfinity));
-  } else if (variance_.starts().size() > 1) {
-    ends = variance_ends(state);
-  }
-  std::vector<LindstromBatesState> result;
-  for (const Start& end : ends) result.push_back(with_theta(state, end.theta));
-  if (result.empty()) result.push_back(state);
-  return result;
-}
-
 double LindstromBates::log_units() const {
   return -2.0 * scale_.head(model_.coefficient_count()).array().log().sum();
-}
-
-LindstromBatesState LindstromBates::first_order_start() {
-  LindstromBatesState state = start(1.0);
-  // The series of the weights is accurate only near its center, which is therefore moved.
-  constexpr int kMoves = 5;
-  constexpr double kNear = 0.1;
-  for (int move = 0; move < kMoves; ++move) {
-    const QuasiNewtonResult best = best_theta(state, {.maximum_steps = kThetaSteps});
-    if (!std::isfinite(best.value) || !best.x.allFinite()) break;
-    const VectorXd change = variance_parameters(best.x) - variance_parameters(state.theta);
-    state.theta = best.x;
-    if (change.size() == 0 || change.cwiseAbs().maxCoeff() < kNear) break;
-  }
-  return state;
 }
 
 MatrixXd LindstromBates::own_values(const std::vector<Index>& columns,

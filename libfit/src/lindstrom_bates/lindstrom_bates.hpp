@@ -121,6 +121,9 @@ class LindstromBates {
   /// The state at the maxima of the linearized likelihood that are reached from all starts of the
   /// residuals' variance function and correlation; the state alone if there is one start only.
   std::vector<LindstromBatesState> with_residuals(const LindstromBatesState& state);
+  /// States where the linearized likelihood is higher than at the end of a run, reached from other
+  /// sizes of effects that share a variance, and from variance functions of the other sign.
+  std::vector<LindstromBatesState> other_maxima(const LindstromBatesOutcome& outcome);
   /// Whether the range of the correlation is far above all distances.
   bool has_unbounded_range(const LindstromBatesState& state) const;
   /// Whether a run has converged to a range, or a power of the variance function, without bound.
@@ -222,6 +225,13 @@ class LindstromBates {
                             std::size_t most,
                             double apart,
                             double higher) const;
+  /// A typical standard deviation of the effects of a term in scaled coordinates, relative to that
+  /// of the residuals.
+  double typical_deviation(std::size_t term) const;
+  std::vector<VectorXd> distant_thetas(const LindstromBatesOutcome& outcome) const;
+  /// Moves a state to the variance components at the maximum of the linearized likelihood.
+  /// \returns the last descent; without x if none succeeded
+  QuasiNewtonResult settle(LindstromBatesState& state);
   /// The minimum of the linearized likelihood around a state.
   QuasiNewtonResult best_theta(const LindstromBatesState& state, const QuasiNewtonOptions& options);
   LinearMixedProfile profile_at(const Linearization& at,

@@ -272,6 +272,23 @@ LindstromBatesEnd lindstrom_bates_from(const NonlinearModel& model,
   return end;
 }
 
+std::vector<MixedEffectsFit> higher_maxima(const NonlinearModel& model,
+                                           const MixedEffectsFit& fit,
+                                           const MixedEffectsOptions& options) {
+  const PooledFit pooled = pooled_fit(model, fit.estimate, options);
+  LindstromBates engine(model, pooled, model.specification().variance, options);
+  engine.set_tolerance(kTolerance);
+  engine.set_passes(kPassesFromFit);
+  const LindstromBatesOutcome outcome =
+      run_from(engine, engine.start_at(fit), Alternation::kInterleaved);
+  std::vector<MixedEffectsFit> higher;
+  for (const LindstromBatesState& state : engine.other_maxima(outcome)) {
+    const LindstromBatesOutcome end = run_from(engine, state, Alternation::kInterleaved);
+    if (end.is_valid) higher.push_back(engine.result(end));
+  }
+  return higher;
+}
+
 std::optional<MixedEffectsFit> refit_lindstrom_bates(const NonlinearModel& model,
                                                      const MixedEffectsFit& start,
                                                      const MixedEffectsOptions& options) {

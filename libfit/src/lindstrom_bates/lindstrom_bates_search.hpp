@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "lindstrom_bates/lindstrom_bates.hpp"
 #include "silvafit/base/constants.hpp"
@@ -51,7 +52,14 @@ LindstromBatesEnd lindstrom_bates_from(const NonlinearModel& model,
                                        const MixedEffectsFit& start,
                                        const MixedEffectsOptions& options);
 
-/// The same, with standard errors and convergence message.
+/// Ends with a higher likelihood than a fit, of runs from other variance components at its
+/// coefficients: also the likelihood of a linear model may have several maxima. Without standard
+/// errors and message.
+std::vector<MixedEffectsFit> higher_maxima(const NonlinearModel& model,
+                                           const MixedEffectsFit& fit,
+                                           const MixedEffectsOptions& options);
+
+/// One run from an earlier fit, with standard errors and convergence message.
 /// \returns no value if it does not converge
 std::optional<MixedEffectsFit> refit_lindstrom_bates(const NonlinearModel& model,
                                                      const MixedEffectsFit& start,

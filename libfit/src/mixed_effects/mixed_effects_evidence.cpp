@@ -250,14 +250,20 @@ bool note_confounding(const NonlinearModel& model,
 
 /// Coefficients that the data hardly determine. Their standard errors become those of the expected
 /// information, because the other Hessian is inaccurate there (see expected_covariance()).
+/// \param has_factor  whether covariances have nlme's factor N / (N - p)
 std::vector<Index> find_undetermined(const NonlinearModel& model,
                                      const PopulationSlopes& slopes,
+                                     bool has_factor,
                                      MixedEffectsFit& fit) {
   if (fit.residual_sd.size() == 0 || !fit.residual_sd.allFinite()) return {};
   const auto& correlation = fit.variance.correlation;
   if (correlation && least_variance(*correlation) < Thresholds::kDependent) return {};
   MatrixXd covariance = expected_covariance(
       model, fit, group_coefficients(model, fit), fit.residual_sd, slopes.frame.beta);
+  if (has_factor) {
+    const auto n = static_cast<double>(model.observations());
+    covariance *= n / (n - static_cast<double>(fit.estimate.size()));
+  }
   std::vector<Index> loose =
       undetermined(model, fit.estimate, covariance.diagonal().cwiseSqrt(), fit.residual_sd);
   // Coefficients that are not identifiable have no expected covariance.
@@ -443,7 +449,8 @@ void judge(const NonlinearModel& model,
   // A covariance with unknown parts comes with its rank.
   if (!fit.covariance.array().isNaN().any() || fit.convergence.rank == 0)
     fit.convergence.rank = information_rank(slopes.frame, fit);
-  const std::vector<Index> loose = find_undetermined(model, slopes, fit);
+  const bool has_factor = rounds == Rounds::kAlternations && !is_restricted;
+  const std::vector<Index> loose = find_undetermined(model, slopes, has_factor, fit);
   const std::vector<std::string> ends = name_boundary(model, slopes, fit);
   if (has_unbounded_range(model, fit)) {
     fit.convergence.conclude(ConvergenceStatus::kNoMaximum,

@@ -59,6 +59,7 @@ void LocalOptima::search(bool is_result) {
   if (has_effects && (is_result || has_several())) climb();
   if (!has_high_end()) climb_exactly();
   if (!has_converged(ends_)) search_longer();
+  try_other_variances();
   if (!has_effects) return;
   if (is_result || has_several()) {
     compare_with_smaller();
@@ -66,6 +67,15 @@ void LocalOptima::search(bool is_result) {
     if (is_result) explore();
   } else {
     compare_with_none();
+  }
+}
+
+/// Runs from other variance components at the best end.
+void LocalOptima::try_other_variances() {
+  if (!has_converged(ends_)) return;
+  const MixedEffectsFit best = best_of(ends_).fit;
+  for (MixedEffectsFit& end : higher_maxima(model_, best, options_)) {
+    add_end(std::move(end), "other variance components");
   }
 }
 

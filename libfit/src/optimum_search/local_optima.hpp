@@ -81,6 +81,7 @@ class LocalOptima {
  private:
   void descend();
   void search_longer();
+  void try_other_variances();
   void climb();
   bool has_high_end() const;
   void climb_exactly();

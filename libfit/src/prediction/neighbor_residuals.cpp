@@ -58,6 +58,7 @@ class NeighborResiduals {
     for (auto& [label, rows] : groups()) {
       if (rows.measured.empty() || rows.others.empty()) continue;
       add(label, rows);
+      if (!fit_.has_random_effects()) count(rows);
     }
     return std::move(added_);
   }
@@ -83,6 +84,13 @@ class NeighborResiduals {
       (std::isfinite(response_[row]) ? group.measured : group.others).push_back(row);
     }
     return result;
+  }
+
+  void count(const GroupRows& rows) {
+    result_.calibrated_from.resize(table_.rows());
+    for (const Index row : rows.others) {
+      result_.calibrated_from[static_cast<std::size_t>(row)] = std::ssize(rows.measured);
+    }
   }
 
   void add(const std::string& label, GroupRows& rows) {

@@ -193,8 +193,17 @@ std::string column_of_groups(const ModelLibrary& library,
                              const PredictionSettings& settings) {
   std::set<std::string> coarsest;
   for (const LibraryModel& model : library.models) {
-    if (settings.level != fit::Level::kCalibrated || !model.fit.has_random_effects()) continue;
-    coarsest.insert(model.fit.specification.random.front().group);
+    if (settings.level != fit::Level::kCalibrated) continue;
+    const fit::ModelSpecification& of = model.fit.specification;
+    if (model.fit.has_random_effects()) {
+      coarsest.insert(of.random.front().group);
+    } else if (of.correlation && of.correlation->group.empty()) {
+      throw UsageError(
+          "the residuals of all rows are correlated, so the file cannot be read in parts",
+          {.column = "`stream`"});
+    } else if (of.correlation) {
+      coarsest.insert(of.correlation->group);
+    }
   }
   // Indices requested by --columns are computed from the trees of a plot.
   data::Table columns(0);
@@ -275,12 +284,19 @@ PredictionSummary predict_trees(const data::TableSource& trees,
   const bool has_roles = std::ranges::any_of(
       library.models, [](const LibraryModel& model) { return !model.role.empty(); });
   if (!has_roles) idle["role"] = "on this library, whose models have no roles";
-  const bool has_random_effects =
-      std::ranges::any_of(library.models, [&settings](const LibraryModel& model) {
-        const bool is_used = settings.role.empty() || model.role == settings.role;
-        return is_used && model.fit.has_random_effects();
-      });
-  if (!has_random_effects) idle["level"] = "on these models, which have no random effects";
+  const auto has_used = [&](const auto& property) {
+    return std::ranges::any_of(library.models, [&](const LibraryModel& model) {
+      return (settings.role.empty() || model.role == settings.role) && property(model.fit);
+    });
+  };
+  const auto has_effects = [](const fit::FittedModel& fit) { return fit.has_random_effects(); };
+  const auto is_correlated = [](const fit::FittedModel& fit) {
+    return fit.specification.correlation.has_value();
+  };
+  // Calibration needs random effects or correlated residuals, other levels random effects.
+  const bool has_level = has_used(has_effects) ||
+                         (settings.level == fit::Level::kCalibrated && has_used(is_correlated));
+  if (!has_level) idle["level"] = "on these models, which have no random effects";
   refuse_idle_settings(settings, {}, idle);
   refuse_idle_settings(settings.equations);
   PredictionRun run(library, catalogue, settings);
