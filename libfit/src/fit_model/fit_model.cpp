@@ -10,9 +10,9 @@
 #include "correlation/correlation_structure.hpp"
 #include "fit_model/constrained_fit.hpp"
 #include "fit_model/doubts.hpp"
+#include "fit_model/far_columns.hpp"
 #include "fit_model/limit_of_curve.hpp"
 #include "least_squares/exchanged_minima.hpp"
-#include "least_squares/location_coefficients.hpp"
 #include "least_squares/start_search.hpp"
 #include "likelihood/effect_posteriors.hpp"
 #include "lindstrom_bates/lindstrom_bates_search.hpp"
@@ -485,25 +485,6 @@ bool may_depend_on_method(const Convergence& convergence) {
   }
 }
 
-/// Whether a search may have failed because a column is far from 0, so that changes of a
-/// coefficient by powers of ten give the same curve.
-bool may_depend_on_origin(const Convergence& convergence) {
-  return may_depend_on_method(convergence) ||
-         convergence.status == ConvergenceStatus::kNotIdentifiable ||
-         convergence.status == ConvergenceStatus::kNoStartValues ||
-         std::ranges::any_of(convergence.evidence, [](const Evidence& item) {
-           return item.kind == Evidence::Kind::kUnbounded;
-         });
-}
-
-void note_far_columns(const NonlinearModel& model, Convergence& convergence) {
-  if (convergence.converged() || !may_depend_on_origin(convergence)) return;
-  for (const FarColumn& column : far_columns(model)) {
-    convergence.find(
-        {.kind = Finding::Kind::kFarColumn, .names = {column.name}, .values = {column.middle}});
-  }
-}
-
 FitResult fit_by(const ModelSpecification& specification,
                  const data::Table& table,
                  const FitModelOptions& options,
@@ -552,7 +533,7 @@ FitResult fit_by(const ModelSpecification& specification,
     const bool is_higher = other.fit.log_likelihood > result.fit.log_likelihood;
     if (other.fit.convergence.converged() && is_higher) result = std::move(other);
   }
-  note_far_columns(model, result.fit.convergence);
+  note_far_columns(model, result.fit);
   // The stored uncertainty is that of the coefficients that were free.
   if (!is_free) keep_uncertainty(model, result.fit);
   return result;

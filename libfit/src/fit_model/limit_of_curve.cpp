@@ -129,8 +129,11 @@ bool has_understated_error(const FittedModel& fit,
   });
 }
 
-void state_expected_errors(const MatrixXd& expected, FittedModel& fit) {
-  fit.covariance = expected;
+void state_expected_errors(const NonlinearModel& model,
+                           const MatrixXd& expected,
+                           FittedModel& fit) {
+  const bool has_factor = !is_marginal(fit.method) && !fit.reml;
+  fit.covariance = (has_factor ? likelihood_factor(model) : 1.0) * expected;
   fit.convergence.find({.kind = Finding::Kind::kExpectedErrors});
 }
 
@@ -154,7 +157,7 @@ void mark_limit(const NonlinearModel& model,
   if (!has_limit) {
     if (fit.convergence.converged() && expected.allFinite() &&
         has_understated_error(fit, expected, held_fit))
-      state_expected_errors(expected, fit);
+      state_expected_errors(model, expected, fit);
     return;
   }
   std::erase_if(fit.convergence.evidence, [](const Evidence& item) {

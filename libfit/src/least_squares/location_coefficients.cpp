@@ -129,7 +129,6 @@ std::vector<LocationCoefficient> location_coefficients(const NonlinearModel& mod
 }
 
 std::vector<FarColumn> far_columns(const NonlinearModel& model) {
-  constexpr double kFarFromZero = 10.0;
   std::vector<FarColumn> result;
   const Slopes slopes(model, true);
   for (const std::string& column : slopes.columns()) {

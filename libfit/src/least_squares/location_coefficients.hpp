@@ -24,6 +24,9 @@ struct LocationCoefficient {
 /// \param model  without covariates of its parameters
 std::vector<LocationCoefficient> location_coefficients(const NonlinearModel& model);
 
+/// The middle of a column that is far from 0, in units of its range.
+inline constexpr double kFarFromZero = 10.0;
+
 /// A column whose values are far from 0 compared with their range, such as calendar years, although
 /// the formula with the column shifted is the same curve with other coefficients.
 struct FarColumn {

@@ -351,7 +351,9 @@ void Linearizer::center(const VectorXd& log_squares, Linearization& result) cons
     for (Index i = quantity.first; i < quantity.first + quantity.count; ++i) {
       const double square = log_squares[static_cast<Index>(k)] / n - mean[i] * mean[i];
       const double typical = std::sqrt(std::max(0.0, square));
-      result.longest_change[i] = std::min(kLongestChange, kTypicalChange / typical);
+      const bool is_exponent = quantity.kind == VarianceQuantity::kDelta && typical > 0.0;
+      result.longest_change[i] = is_exponent ? kTypicalChange / typical
+                                             : std::min(kLongestChange, kTypicalChange / typical);
     }
   }
 }

@@ -131,4 +131,9 @@ MatrixXd expected_covariance(const NonlinearModel& model,
   return root.transpose() * root;
 }
 
+double likelihood_factor(const NonlinearModel& model) {
+  const auto n = static_cast<double>(model.observations());
+  return n / (n - static_cast<double>(model.coefficient_count()));
+}
+
 }  // namespace silvafit::fit

@@ -27,4 +27,7 @@ MatrixXd expected_covariance(const NonlinearModel& model,
                              const VectorXd& residual_sd,
                              const MatrixXd& frame);
 
+/// nlme's factor N / (N - p) of the covariance by lb and gnls with maximum likelihood.
+double likelihood_factor(const NonlinearModel& model);
+
 }  // namespace silvafit::fit

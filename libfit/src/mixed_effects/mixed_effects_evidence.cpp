@@ -260,10 +260,7 @@ std::vector<Index> find_undetermined(const NonlinearModel& model,
   if (correlation && least_variance(*correlation) < Thresholds::kDependent) return {};
   MatrixXd covariance = expected_covariance(
       model, fit, group_coefficients(model, fit), fit.residual_sd, slopes.frame.beta);
-  if (has_factor) {
-    const auto n = static_cast<double>(model.observations());
-    covariance *= n / (n - static_cast<double>(fit.estimate.size()));
-  }
+  if (has_factor) covariance *= likelihood_factor(model);
   std::vector<Index> loose =
       undetermined(model, fit.estimate, covariance.diagonal().cwiseSqrt(), fit.residual_sd);
   // Coefficients that are not identifiable have no expected covariance.

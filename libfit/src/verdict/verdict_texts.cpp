@@ -163,6 +163,11 @@ std::string_view text_of(Finding::Kind kind) {
       {kRangeUnbounded,
        "Not converged: the likelihood increases as the range of the correlation grows without "
        "bound. Use another `correlation`, or random effects in its place."},
+      {kFarVariance,
+       "Not converged: the values of {a} are far from 0 compared with their range, so that sigma "
+       "or the powers of the variance function are beyond the range of numbers. Use the "
+       "exponential of a column with about {x:.6g} subtracted from {a} (`columns`), whose "
+       "variances are nearly the same."},
 
       {kFallback, "Fitted by focei, because {a} found no result."},
       {kStartFailed, "Not converged: the least-squares fit for the start values failed."},

@@ -34,7 +34,7 @@ struct Finding {
     kBeyondMeasure, kSaturated, kImpossibleError, kInvalidAtFirstOrder, kNoModes,
     kInvalidForSample, kFirstOrderHigher, kContainedHigher,
     kUnfinishedHigher, kUnfinishedFirstOrder, kLinearizationFar, kNoneFromStart, kRisesInwards,
-    kHeldImpossible, kVanishingConstant, kVanishingStratum, kRangeUnbounded,
+    kHeldImpossible, kVanishingConstant, kVanishingStratum, kRangeUnbounded, kFarVariance,
     // Before the result; the last finding comes first.
     kFallback, kFirstBefore = kFallback, kStartFailed, kNoneInside, kContainedDoubt, kKink,
     kKinkRestricted, kKinkByQuadrature, kKinkFewPoints, kFewPoints, kRangeDoubt, kTwoValues,
