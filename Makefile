@@ -137,8 +137,8 @@ package: build
 	@cd build && cpack
 	@./scripts/debian-source
 
-# All files of a release, in build/release; docs/download.md.
-release: static windows package python-package r-source
+# All files of a release, in build/release; docs/download.md. The static program compiles everything anew and is therefore tried here, not in .ci/run.
+release: static test-static windows package python-package r-source
 	@./scripts/release
 
 check-package: build

@@ -65,17 +65,25 @@ std::vector<std::size_t> GrowthMaker::living_rows(const MeasuredPlot& plot,
     if (is_alive(row) || alive.empty() || !std::isnan(inventory_.dbh_cm[row])) alive.push_back(k);
   }
   std::vector<std::size_t> rows(tree.rows.size(), kNoTreeRow);
-  for (std::size_t i = 0; i < alive.size(); ++i) {
-    const std::size_t k = alive[i];
-    rows[k] = living.add(*tree.rows[k], label_of(plot, k));
-    const std::size_t next = i + 1 < alive.size() ? alive[i + 1] : k;
-    const double years = plot.occasions[next].years - plot.occasions[k].years;
-    for (std::size_t missing = k + 1; missing < next; ++missing) {
-      const double share = (plot.occasions[missing].years - plot.occasions[k].years) / years;
-      rows[missing] =
-          living.add_between(*tree.rows[k], *tree.rows[next], share, label_of(plot, missing));
-      interpolated_.insert(rows[missing]);
-    }
+  if (alive.empty()) return rows;
+  std::vector<std::size_t> followed;
+  std::vector<double> years;
+  std::size_t own = alive.front();  // the last one with a row
+  std::size_t measured = own;       // ... with a dbh
+  for (std::size_t k = own; k <= alive.back(); ++k) {
+    const bool has_row = std::ranges::binary_search(alive, k);
+    if (has_row) own = k;
+    if (has_row && !std::isnan(inventory_.dbh_cm[*tree.rows[k]])) measured = k;
+    rows[k] = living.add(*tree.rows[own], label_of(plot, k), has_row);
+    followed.push_back(rows[k]);
+    years.push_back(plot.occasions[k].years);
+  }
+  const bool has_ended = end < tree.rows.size();
+  for (const std::size_t row : living.complete(followed, years, has_ended)) {
+    if (row > rows[measured])
+      ++carried_;
+    else
+      interpolated_.insert(row);
   }
   return rows;
 }

@@ -91,6 +91,7 @@ class GrowthMaker {
   std::unordered_map<std::string, SampledArea> areas_{};  ///< by label
   std::vector<char> is_counted_{};                        ///< of the living trees
   std::set<std::size_t> interpolated_{};
+  std::size_t carried_ = 0;         ///< rows of trees that ended, with the dbh of an earlier one
   std::vector<double> areas_ha_{};  ///< sizes in ratios, of GrowthReport::plots
   std::vector<double> whole_ha_{};  ///< the same of whole plots
   std::map<std::string, double> stratum_sizes_{};

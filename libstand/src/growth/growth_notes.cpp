@@ -96,6 +96,10 @@ void GrowthMaker::add_notes() {
       interpolated_.size(),
       fmt::format("{} missing between two others of the same tree; dbh and height are interpolated",
                   counted(interpolated_.size(), "measurement is", "measurements are")));
+  note_if(carried_,
+          fmt::format("{} no dbh before the tree died, was cut or was not found: the one before "
+                      "is used",
+                      counted(carried_, "row has", "rows have")));
   note_if(revived_,
           fmt::format("{} not used, the first: {}",
                       counted(revived_, "status is", "statuses are"),

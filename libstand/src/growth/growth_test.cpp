@@ -139,6 +139,29 @@ TEST_CASE("A measurement that is missing between two others is interpolated") {
   for (const PlotGrowth& plot : report.plots) check_balance(plot);
 }
 
+TEST_CASE("An empty dbh is completed as a missing row is, and is the last one before death") {
+  // Tree 2 has 28 cm in 2000 and 32 cm in 2015; tree 3 has 18 cm and is dead in 2010.
+  const CheckedInventory checked = measured(
+      "plot,tree,year,dbh,status\n1,1,2000,20,alive\n1,1,2005,21,alive\n1,1,2010,22,alive\n"
+      "1,1,2015,23,alive\n1,2,2000,28,alive\n1,2,2005,,alive\n1,2,2015,32,alive\n"
+      "1,3,2000,18,alive\n1,3,2005,,alive\n1,3,2010,,dead\n");
+  const GrowthReport report =
+      growth_report(checked.inventory, {.design = {.circles = {{7, 4}, {15, 8}}}});
+  const double factor = 1e4 / (M_PI * 64);
+  REQUIRE(report.plots.size() == 3);
+  CHECK(value_of(report.plots[0], 0, GrowthPart::kEnd) == Approx(3 * factor).epsilon(1e-13));
+  const PlotGrowth& second = report.plots[1];
+  CHECK(value_of(second, 0, GrowthPart::kMortality) == Approx(factor / 5).epsilon(1e-13));
+  CHECK(value_of(second, 1, GrowthPart::kMortality) ==
+        Approx(factor * basal_area_m2(18) / 5).epsilon(1e-13));
+  const double dbh_2010 = 28.0 + 4.0 * 10.0 / 15.0;
+  CHECK(value_of(second, 1, GrowthPart::kEnd) ==
+        Approx(factor * (basal_area_m2(22) + basal_area_m2(dbh_2010))).epsilon(1e-13));
+  for (const PlotGrowth& plot : report.plots) check_balance(plot);
+  CHECK(tells(report.notes, "2 measurements are missing"));
+  CHECK(tells(report.notes, "1 row has no dbh before the tree died"));
+}
+
 TEST_CASE("A tree that grows over a limit of concentric circles changes its factor") {
   // Van Deusen and others 1986: growth of survivors by the factor at the start is unbiased; the
   // rest of the net change is that of factors.

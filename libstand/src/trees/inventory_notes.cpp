@@ -154,10 +154,9 @@ std::vector<std::string> InventoryReader::notes() const {
   if (without_dbh_ > 0) {
     notes.push_back(
         options_.keeps_measurements
-            ? fmt::format(
-                  "{} no dbh: {} among the stems, but not in the basal area",
-                  counted(without_dbh_, "row of a living tree has", "rows of living trees have"),
-                  without_dbh_ == 1 ? "it counts" : "they count")
+            ? counted(without_dbh_,
+                      "row of a living tree has no dbh",
+                      "rows of living trees have no dbh")
             : fmt::format("{} without dbh: neighbors of others, but not core trees, and not "
                           "in summaries and models",
                           counted(without_dbh_, "tree is", "trees are")));

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <set>
 #include <string>
@@ -204,8 +205,22 @@ void join_days(std::vector<MeasuredPlot>& plots, std::vector<std::string>& notes
       first));
 }
 
-double between(double first, double second, double share) {
-  return first + share * (second - first);
+/// Completes the values of one size; see LivingTrees::complete().
+void complete_sizes(const std::vector<std::size_t>& rows,
+                    const std::vector<double>& years,
+                    bool has_ended,
+                    std::vector<double>& sizes) {
+  std::optional<std::size_t> known;  // the last one
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    if (std::isnan(sizes[rows[k]])) continue;
+    for (std::size_t i = known ? *known + 1 : k; i < k; ++i) {
+      const double share = (years[i] - years[*known]) / (years[k] - years[*known]);
+      sizes[rows[i]] = std::lerp(sizes[rows[*known]], sizes[rows[k]], share);
+    }
+    known = k;
+  }
+  if (!known || !has_ended) return;
+  for (std::size_t i = *known + 1; i < rows.size(); ++i) sizes[rows[i]] = sizes[rows[*known]];
 }
 
 }  // namespace
@@ -263,35 +278,45 @@ PlotTable with_times_read(PlotTable plots, std::vector<std::string>& notes) {
   return plots;
 }
 
-std::size_t LivingTrees::add(std::size_t row, const std::string& label) {
-  return add_between(row, row, 0.0, label);
-}
-
-std::size_t LivingTrees::add_between(std::size_t first,
-                                     std::size_t second,
-                                     double share,
-                                     const std::string& label) {
-  rows_.push_back(first);
+std::size_t LivingTrees::add(std::size_t row, const std::string& label, bool is_measured) {
+  rows_.push_back(row);
   result_.plot.append(label);
-  result_.tree.append(source_.tree[first]);
-  source_.species.is_missing(first) ? result_.species.append_missing()
-                                    : result_.species.append(source_.species[first]);
-  const auto copy = [&](const std::vector<double>& from, std::vector<double>& to) {
-    if (!from.empty()) to.push_back(between(from[first], from[second], share));
+  result_.tree.append(source_.tree[row]);
+  source_.species.is_missing(row) ? result_.species.append_missing()
+                                  : result_.species.append(source_.species[row]);
+  const auto copy = [&](const std::vector<double>& from, std::vector<double>& to, bool is_known) {
+    if (!from.empty()) to.push_back(is_known ? from[row] : data::kMissing);
   };
-  copy(source_.x, result_.x);
-  copy(source_.y, result_.y);
-  copy(source_.dbh_cm, result_.dbh_cm);
-  copy(source_.h_m, result_.h_m);
+  copy(source_.x, result_.x, true);
+  copy(source_.y, result_.y, true);
+  copy(source_.dbh_cm, result_.dbh_cm, is_measured);
+  copy(source_.h_m, result_.h_m, is_measured);
   result_.quantities.resize(source_.quantities.size());
   for (std::size_t i = 0; i < source_.quantities.size(); ++i) {
     result_.quantities[i].name = source_.quantities[i].name;
     result_.quantities[i].unit = source_.quantities[i].unit;
-    copy(source_.quantities[i].values, result_.quantities[i].values);
+    copy(source_.quantities[i].values, result_.quantities[i].values, is_measured);
   }
-  if (first < source_.lines.size()) result_.lines.push_back(source_.lines[first]);
+  if (row < source_.lines.size()) result_.lines.push_back(source_.lines[row]);
   result_.neighbor_only.push_back(std::isnan(result_.dbh_cm.back()) ? 1 : 0);
   return rows_.size() - 1;
+}
+
+std::vector<std::size_t> LivingTrees::complete(const std::vector<std::size_t>& rows,
+                                               const std::vector<double>& years,
+                                               bool has_ended) {
+  std::vector<std::size_t> without_dbh;
+  std::ranges::copy_if(rows, std::back_inserter(without_dbh), [this](std::size_t row) {
+    return std::isnan(result_.dbh_cm[row]);
+  });
+  complete_sizes(rows, years, has_ended, result_.dbh_cm);
+  if (!result_.h_m.empty()) complete_sizes(rows, years, has_ended, result_.h_m);
+  for (TreeQuantity& quantity : result_.quantities) {
+    complete_sizes(rows, years, has_ended, quantity.values);
+  }
+  std::erase_if(without_dbh, [this](std::size_t row) { return std::isnan(result_.dbh_cm[row]); });
+  for (const std::size_t row : without_dbh) result_.neighbor_only[row] = 0;
+  return without_dbh;
 }
 
 Inventory LivingTrees::finish() && {

@@ -58,13 +58,17 @@ class LivingTrees {
  public:
   explicit LivingTrees(const Inventory& source) : source_(source) {}
 
+  /// \param is_measured  whether the sizes of the row are those of this time, else unknown
   /// \return the number of the row
-  std::size_t add(std::size_t row, const std::string& label);
-  /// A tree between two of its rows.
-  std::size_t add_between(std::size_t first,
-                          std::size_t second,
-                          double share,
-                          const std::string& label);
+  std::size_t add(std::size_t row, const std::string& label, bool is_measured = true);
+  /// Sizes that are unknown between two known ones of a tree are on the line between these.
+  /// \param rows       of one tree, in the order of their times
+  /// \param years      of the rows
+  /// \param has_ended  whether later unknown sizes are the last known ones
+  /// \return the rows that have got a dbh
+  std::vector<std::size_t> complete(const std::vector<std::size_t>& rows,
+                                    const std::vector<double>& years,
+                                    bool has_ended);
   Inventory finish() &&;
 
  private:
