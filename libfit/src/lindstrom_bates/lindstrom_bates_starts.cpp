@@ -133,6 +133,14 @@ std::vector<VectorXd> LindstromBates::distant_thetas(const LindstromBatesOutcome
   const VectorXd& now = outcome.state.theta;
   std::vector<VectorXd> result;
   for_each_term([&](std::size_t t, const RelativeFactor& factor, Index begin) {
+    // Without effects the likelihood may have a maximum below that with them.
+    constexpr double kSmall = 1e-2;
+    const VectorXd usual = VectorXd::Constant(factor.size(), typical_deviation(t));
+    const MatrixXd here = factor.factor(now.segment(begin, factor.parameter_count()));
+    if ((here.rowwise().norm().array() < kSmall * typical_deviation(t)).any()) {
+      result.push_back(now);
+      result.back().segment(begin, factor.parameter_count()) = factor.from_diagonal(usual);
+    }
     if (!model_.specification().random[t].has_equal_variances()) return;
     // Columns of unlike sizes share a variance, which may be that of any of them.
     const VectorXd units = scale_(random_[t]);

@@ -104,6 +104,22 @@ Rows shrinking_residuals(std::uint64_t seed) {
   return rows;
 }
 
+/// Five groups of four such rows.
+Rows groups_of_shrinking_residuals(std::uint64_t seed) {
+  Rows rows;
+  Random random(seed);
+  for (int g = 0; g < 5; ++g) {
+    const double effect = random.normal(0.0, 0.5);
+    for (int k = 0; k < 4; ++k) {
+      rows.group.push_back(g);
+      rows.x.push_back(random.uniform(-2.0, 2.0));
+      const double residual = random.normal(0.0, 0.5 * std::exp(-rows.x.back()));
+      rows.y.push_back(10.0 + 0.5 * rows.x.back() + effect + residual);
+    }
+  }
+  return rows;
+}
+
 MatrixXd exponential_variances(const Rows& rows, double delta) {
   return (2.0 * delta * VectorXd::Map(rows.x.data(), std::ssize(rows.x)).array())
       .exp()
@@ -163,5 +179,41 @@ TEST_CASE("residuals that grow and residuals that shrink with a column are both 
     CAPTURE(seed);
     CHECK(fit.convergence.converged());
     CHECK(fit.log_likelihood == Approx(highest).margin(1e-5));
+  }
+}
+
+TEST_CASE("a maximum without random effects does not hide a higher one with them") {
+  for (const std::uint64_t seed : {26, 108}) {
+    const Rows rows = groups_of_shrinking_residuals(seed);
+    const data::Table table = rows.table();
+    const fit::FittedModel fit =
+        fit::fit_model(fit::specify_model(fit::ModelTexts{.formula = "y ~ a + b*x",
+                                                          .random = "a | g",
+                                                          .variance = "exponential(x)"},
+                                          table),
+                       table)
+            .fit;
+    CAPTURE(seed);
+    REQUIRE(fit.convergence.converged());
+    const auto relative = [&](double delta, double ratio) {
+      MatrixXd result = exponential_variances(rows, delta);
+      for (Index i = 0; i < result.rows(); ++i) {
+        for (Index j = 0; j < result.cols(); ++j) {
+          const bool is_one_group =
+              rows.group[static_cast<std::size_t>(i)] == rows.group[static_cast<std::size_t>(j)];
+          if (is_one_group) result(i, j) += ratio * ratio;
+        }
+      }
+      return result;
+    };
+    for (double delta = -4.0; delta < 4.0; delta += 0.05) {
+      for (double logarithm = -6.0; logarithm < 5.0; logarithm += 0.25) {
+        const DenseFit dense(rows, relative(delta, std::exp(logarithm)));
+        if (dense.log_likelihood > fit.log_likelihood) FAIL_CHECK(delta << " " << logarithm);
+      }
+    }
+    const double ratio = std::sqrt(fit.random[0].covariance(0, 0)) / fit.sigma;
+    const DenseFit dense(rows, relative(fit.variance.delta(), ratio));
+    CHECK(fit.log_likelihood == Approx(dense.log_likelihood).margin(1e-6));
   }
 }
