@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Fills the built template as write_report_page of libstudy does, for tests without the program.
-import { mkdtempSync, readFileSync, writeFileSync } from "node:fs";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -71,13 +71,18 @@ const UNSAFE = /[<>&\u2028\u2029]/g;
 const escapeJson = (text) => text.replace(UNSAFE, (sign) => `\\u${sign.charCodeAt(0).toString(16).padStart(4, "0")}`);
 const escapeHtml = (text) => text.replace(/[&<>"]/g, (sign) => `&#${sign.charCodeAt(0)};`);
 
-/** Writes a page with the data to a temporary file and returns its path. */
+const folders = [];
+process.on("exit", () => folders.forEach((folder) => rmSync(folder, { recursive: true, force: true })));
+
+/** Writes a page with the data to a temporary file, which is deleted when the process ends, and returns its path. */
 export function writePage(data) {
   const html = readFileSync(data.schema === "silvafit-view/1" ? scenePath : templatePath, "utf8")
     .replace("{{=<% %>=}}", "")
     .replace("<% title %>", () => escapeHtml(data.title))
     .replace("<%& data %>", () => escapeJson(JSON.stringify(data)));
-  const file = join(mkdtempSync(join(tmpdir(), "silvafit-report-")), "report.html");
+  const folder = mkdtempSync(join(tmpdir(), "silvafit-report-"));
+  folders.push(folder);
+  const file = join(folder, "report.html");
   writeFileSync(file, html);
   return file;
 }
