@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
 // Fits with covariance matrices of few parameters, against nlme.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/intervals.hpp"
 #include "silvafit/fit/model_texts.hpp"
 
 using namespace silvafit;
@@ -53,4 +57,48 @@ TEST_CASE("A common variance does not contain the model without one of its effec
   const fit::FittedModel fit = fitted(four_times(8.0, 0.0), "a + b | g", "identity");
   CHECK(fit.convergence.converged());
   CHECK(fit.log_likelihood == Approx(-106.187300009).margin(1e-7));  // list(g = pdIdent(~ t))
+}
+
+TEST_CASE("A common variance does not depend on the unit of the response") {
+  for (const char* covariance : {"identity", "compound-symmetry"}) {
+    for (const double unit : {1e-8, 1e6, 1e8}) {
+      data::Table table = four_times(1.2, 0.4);
+      const double one = fitted(table, "a + b | g", covariance).log_likelihood;
+      std::vector<double> y(table.numbers("y").begin(), table.numbers("y").end());
+      for (double& value : y) value *= unit;
+      table.set("y", y);
+      const fit::FittedModel fit = fitted(table, "a + b | g", covariance);
+      INFO(covariance << ", unit " << unit << ": " << fit.convergence.verdict());
+      CHECK(fit.convergence.converged());
+      CHECK(fit.log_likelihood + 48.0 * std::log(unit) == Approx(one).margin(1e-6));
+    }
+  }
+}
+
+TEST_CASE("A common variance that one effect alone determines is not 0") {
+  // Slopes by ten-thousandths of a unit of time: those of the intercept are below the residuals by
+  // as much, and the model is that with random slopes alone.
+  data::Table table = four_times(0.0, 0.4);
+  std::vector<double> t(table.numbers("t").begin(), table.numbers("t").end());
+  for (double& value : t) value *= 1e5;
+  table.set("t", t);
+  const fit::FittedModel both = fitted(table, "a + b | g", "identity");
+  const fit::FittedModel slopes = fitted(table, "b | g", "general");
+  REQUIRE(both.convergence.converged());
+  CHECK_FALSE(both.convergence.has_boundary());
+  CHECK(both.log_likelihood == Approx(slopes.log_likelihood).margin(1e-6));
+  const auto limits = [&](const fit::FittedModel& fit, const char* name) {
+    const fit::Intervals all =
+        fit::confidence_intervals(fit, table, {.method = fit::IntervalMethod::kWald});
+    const auto found = std::ranges::find(all.parameters, name, &fit::ParameterInterval::name);
+    REQUIRE(found != all.parameters.end());
+    return std::pair(found->lower, found->upper);
+  };
+  const auto [lower, upper] = limits(slopes, "sd(b)");
+  REQUIRE(lower > 0.0);
+  for (const char* name : {"sd(a)", "sd(b)"}) {
+    const auto [low, high] = limits(both, name);
+    CHECK(low == Approx(lower).epsilon(1e-4));
+    CHECK(high == Approx(upper).epsilon(1e-4));
+  }
 }

@@ -18,13 +18,15 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Whether a scaled factor has a row of length near 0, or rows that are linearly dependent.
+/// Whether a scaled factor has a row of length near 0, or rows that are linearly dependent. A
+/// variance that all rows share is 0 if all of them are near 0.
 bool is_at_boundary(const SurfaceLayout& layout, const VectorXd& x, std::size_t term) {
   MatrixXd factor = layout.factor(term).factor(layout.factor_part(x, term));
   constexpr double kNoEffect = 1e-4;
   constexpr double kDependent = 1e-6;
   const VectorXd lengths = factor.rowwise().norm();
-  if (lengths.minCoeff() < kNoEffect) return true;
+  const bool is_shared = layout.factor(term).has_equal_variances();
+  if ((is_shared ? lengths.maxCoeff() : lengths.minCoeff()) < kNoEffect) return true;
   factor = lengths.cwiseInverse().asDiagonal() * factor;
   return symmetric_eigen(factor * factor.transpose()).values[0] < kDependent;
 }

@@ -202,10 +202,12 @@ class LindstromBates::Run {
     return careful_step(theta);
   }
 
-  /// Whether an extrapolation has left the region of the maximum: the likelihood is flat towards
-  /// the limits of a correlation, such as a nugget of 0, so that it may cross to the other one.
+  /// Whether an extrapolation has left the region of the maximum: steps of the longest length of a
+  /// variance function look like those of slow convergence to a far point, and the likelihood is
+  /// flat towards the limits of a correlation, such as a nugget of 0, so that it may cross to the
+  /// other one.
   bool loses(const VectorXd& theta) {
-    if (engine_.variance_.correlated() == nullptr) return false;
+    if (engine_.variance_.parameter_count() == 0) return false;
     const LinearMixedProfile& there = profile(theta);
     return !there.is_valid || -there.minus_log_likelihood < here_ - kHigher;
   }

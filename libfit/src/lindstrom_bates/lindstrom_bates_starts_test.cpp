@@ -217,3 +217,44 @@ TEST_CASE("a maximum without random effects does not hide a higher one with them
     CHECK(fit.log_likelihood == Approx(dense.log_likelihood).margin(1e-6));
   }
 }
+
+TEST_CASE("powers by stratum of large values reach their maximum") {
+  // Many steps of the longest length lead there, since levels of the strata change with powers.
+  constexpr int kStrata = 3;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    Random random(seed);
+    Rows rows;  // strata are the groups
+    for (int i = 0; i < 55; ++i) {
+      rows.group.push_back(i % kStrata);
+      rows.x.push_back(1e4 * random.uniform(0.5, 10.0));
+      rows.y.push_back(2.0 + 5e-5 * rows.x.back() + random.normal(0.0, 0.4));
+    }
+    const data::Table table = rows.table();
+    const fit::FittedModel fit =
+        fit::fit_model(
+            fit::specify_model(
+                fit::ModelTexts{.formula = "y ~ a + b*x", .variance = "power(x | g)"}, table),
+            table)
+            .fit;
+    INFO(seed << ": " << fit.convergence.verdict());
+    REQUIRE(fit.convergence.converged());
+    const fit::VarianceFactorEstimate& powers = fit.variance.factors[0];
+    const auto log_likelihood = [&](const VectorXd& change) {
+      VectorXd variances(std::ssize(rows.x));
+      for (std::size_t i = 0; i < rows.x.size(); ++i) {
+        const auto place = std::ranges::find(powers.strata, std::to_string(rows.group[i]));
+        const Index k = place - powers.strata.begin();
+        variances[static_cast<Index>(i)] =
+            std::exp(2.0 * (powers.delta[k] + change[k]) * std::log(rows.x[i]));
+      }
+      return DenseFit(rows, variances.asDiagonal()).log_likelihood;
+    };
+    CHECK(fit.log_likelihood == Approx(log_likelihood(VectorXd::Zero(kStrata))).margin(1e-6));
+    for (const double step : {-0.01, 0.01}) {
+      CHECK(log_likelihood(VectorXd::Constant(kStrata, step)) < fit.log_likelihood);
+      for (Index k = 0; k < kStrata; ++k) {
+        CHECK(log_likelihood(step * VectorXd::Unit(kStrata, k)) < fit.log_likelihood);
+      }
+    }
+  }
+}

@@ -27,11 +27,12 @@ struct GroupingCovariance {
   const std::vector<std::string>& names;
   const MatrixXd& covariance;
   const MatrixXd& frame;  ///< coordinates of the effects
-  std::string group{};    ///< " | stand" in the name, if there are two groupings
+  bool has_equal_variances = false;
+  std::string group{};  ///< " | stand" in the name, if there are two groupings
 };
 
 /// Random effects whose standard deviation changes the mean by a negligible part of the residual
-/// standard deviation.
+/// standard deviation. One that is shared has vanished if it does so for all effects.
 std::vector<Evidence> vanished_effects(const NonlinearModel& model,
                                        const GroupingCovariance& level,
                                        const VectorXd& slopes,
@@ -46,6 +47,7 @@ std::vector<Evidence> vanished_effects(const NonlinearModel& model,
           {.term = fmt::format("sd({}{})", level.names[k], level.group), .value = 0.0});
     }
   }
+  if (level.has_equal_variances && result.size() < level.names.size()) result.clear();
   return result;
 }
 
@@ -94,6 +96,7 @@ std::vector<Evidence> boundary_of(const NonlinearModel& model,
     levels.push_back({fit.random[k].names,
                       fit.random[k].covariance,
                       slopes.frame.effects[k],
+                      specification.random[k].has_equal_variances(),
                       terms > 1 ? " | " + specification.random[k].group_name() : ""});
   }
   std::vector<Evidence> result;

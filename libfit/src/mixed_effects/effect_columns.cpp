@@ -79,10 +79,14 @@ std::vector<MatrixXd> forms_of(const EffectColumns& level) {
   std::vector<MatrixXd> result;
   const Index q = level.triangle.rows();
   if (level.effects->has_equal_variances()) {
-    result.emplace_back(level.triangle * level.triangle.transpose());
+    // In units of the columns, and with the largest element 1 as all others.
+    const double largest = level.triangle.cwiseAbs().maxCoeff();
+    if (!(largest > 0.0)) return {MatrixXd::Zero(q, q)};
+    const MatrixXd triangle = level.triangle / largest;
+    result.emplace_back(triangle * triangle.transpose());
     // One effect has no correlation.
     if (q > 1 && level.effects->covariance == Covariance::kCompoundSymmetry) {
-      const VectorXd sum = level.triangle.rowwise().sum();
+      const VectorXd sum = triangle.rowwise().sum();
       result.emplace_back(sum * sum.transpose());
     }
     return result;

@@ -23,6 +23,7 @@ class RelativeFactor {
 
   Index size() const { return scales_.size(); }
   Index parameter_count() const;
+  bool has_equal_variances() const { return is_identity_ || is_symmetric_; }
   /// Whether all pairs of several effects have one correlation: compound symmetry.
   bool has_common_correlation() const { return is_symmetric_; }
   /// (q x q) L for given parameters.

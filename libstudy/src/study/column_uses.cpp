@@ -53,6 +53,7 @@ ColumnUses column_uses(const ColumnTexts& texts) {
   if (!texts.random.empty()) {
     for (const fit::RandomEffects& effects : fit::parse_random_effects(texts.random)) {
       uses.as_names.insert(effects.group);
+      uses.as_names.insert(effects.within.begin(), effects.within.end());
     }
   }
   if (!texts.variance.empty()) {

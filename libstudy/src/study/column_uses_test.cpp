@@ -19,6 +19,11 @@ TEST_CASE("the columns of a model are found in its texts") {
   CHECK(uses.as_names == std::set<std::string>{"site", "species", "stand", "plot", "layer"});
 }
 
+TEST_CASE("all columns of a grouping are names") {
+  const ColumnUses uses = column_uses({.formulas = {"h ~ a"}, .random = "a | r:t + u/v:w"});
+  CHECK(uses.as_names == std::set<std::string>{"r", "t", "u", "v", "w"});
+}
+
 TEST_CASE("bar terms in a formula read their effects and the columns of their groups") {
   const ColumnUses uses = column_uses({.formulas = {"h ~ a + b*dbh + (1 + age | stand/plot)"}});
   CHECK(uses.as_numbers == std::set<std::string>{"h", "a", "b", "dbh", "age"});
