@@ -13,6 +13,7 @@
 #include "optimization/quasi_newton.hpp"
 #include "optimization/tolerances.hpp"
 #include "silvafit/base/constants.hpp"
+#include "variance/variance_kind.hpp"
 
 namespace silvafit::fit {
 /// One run of the alternation.
@@ -207,7 +208,12 @@ class LindstromBates::Run {
   /// flat towards the limits of a correlation, such as a nugget of 0, so that it may cross to the
   /// other one.
   bool loses(const VectorXd& theta) {
-    if (engine_.variance_.parameter_count() == 0) return false;
+    // The way of constant-plus-power to a power or a constant leads over flat regions.
+    const auto has_constant = [](const VarianceFactor& of) { return kind_of(of).has_constant(); };
+    const bool is_flat =
+        engine_.variance_.correlated() == nullptr &&
+        std::ranges::any_of(engine_.model_.specification().variance.factors, has_constant);
+    if (engine_.variance_.parameter_count() == 0 || is_flat) return false;
     const LinearMixedProfile& there = profile(theta);
     return !there.is_valid || -there.minus_log_likelihood < here_ - kHigher;
   }
